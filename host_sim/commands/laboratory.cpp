@@ -19,7 +19,6 @@ constexpr LaboratoryCommand kLaboratory[] = {
     {"calm",
      "Presses, holds and withdraws by every hand and encoder: rest, and nothing in free space."},
     {"compare-laws", "Runs a motion under the paper's law and the proxy law, side by side."},
-    {"continuity", "Measures the jumps of both contact laws on smooth paths."},
     {"cost", "Counts the work of a tick on seven scenes; compares with an earlier build."},
     {"crossings",
      "Drives rods, blades and sheets through each other; the way of every pass judged."},

@@ -158,8 +158,9 @@ PlanPose pose_of_option(const SceneView& view, const SlidingPart& part, const Po
   const std::string left = tools::PlanLimits(view.parameters().envelope).left_by(pose);
   if (left.empty()) return pose;
   throw tools::InputError(option + ": " + left +
-                          (view.is_fixed() ? "; give x,y,z within the limits and no quaternion, or "
-                                           : "; give a pose within the limits, or ") +
+                          (view.is_locked()
+                               ? "; give x,y,z within the limits and no quaternion, or "
+                               : "; give a pose within the limits, or ") +
                           "widen them in the scene file and compile it again");
 }
 
@@ -215,7 +216,7 @@ void say_failure(const SceneView& view, const SlidingPart& part, const SearchRes
               1e3 * result.state.nearest_m, 1e3 * part.radius_m());
   for (const HoldingPlane& plane : result.goal_held)
     std::printf("  pushed out of the goal it is held by %s\n", plane_text(view, plane).c_str());
-  if (!turned && !view.is_fixed())
+  if (!turned && !view.is_locked())
     std::printf(
         "  the goal is turned as the start: --method translations may find a motion that does not "
         "turn the part, or prove that there is none\n");
@@ -403,7 +404,7 @@ int do_plan(const PlanArguments& o) {
     throw tools::UsageError(
         "--method: is for translations, and the goal is turned; leave --method out");
   }
-  if (o.method != PlanMethod::kSearch || (view.is_fixed() && !turned)) {
+  if (o.method != PlanMethod::kSearch || (view.is_locked() && !turned)) {
     if (const std::optional<int> code = plan_by_cells(task, o)) return *code;
   }
   return plan_by_search(task, o);

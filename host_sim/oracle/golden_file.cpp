@@ -113,14 +113,8 @@ std::vector<std::pair<std::uint32_t, Wide>> numbers_by_node(const Place& p) {
   return numbers;
 }
 
-GoldenRegion region(const Place& p) {
-  return {decimal_vector(p.at("force")), decimal_vector(p.at("torque")),
-          numbers_by_node(p.at("weights"))};
-}
-
 void read_forces(const Place& p, GoldenCase& c) {
   if (p.has("SCP")) c.scp = decimal_vector(p.at("SCP"));
-  if (p.has("weighted_region")) c.weighted = region(p.at("weighted_region"));
   if (p.has("single_node_torque")) ++c.other_results;
   if (!p.has("paper")) return;
   const Place paper = p.at("paper");
@@ -207,13 +201,6 @@ GoldenFile read_golden_file(const std::string& path) {
   for (std::size_t i = 0; i < cases.array_size(); ++i)
     file.cases.push_back(golden_case(cases.at(i)));
   if (file.cases.empty()) cases.fail("there are no cases");
-  for (const auto& [key, width] :
-       {std::pair{"eps", &file.epsilon_m}, std::pair{"eps_o", &file.epsilon_o_m}}) {
-    if (top.has(key)) *width = number(top.at(key));
-    const bool needed = std::any_of(file.cases.begin(), file.cases.end(),
-                                    [](const GoldenCase& c) { return c.weighted.has_value(); });
-    if (needed && !(*width > 0)) top.at(key).fail("must be positive");
-  }
   return file;
 }
 

@@ -20,12 +20,6 @@ struct GoldenBody {
   std::vector<std::vector<std::uint32_t>> loops;  ///< counter-clockwise seen from outside
 };
 
-/// The weighted contact region of one configuration (rt_core/METHOD.md section 8.2).
-struct GoldenRegion {
-  WideVec force_n, torque_nm;
-  std::vector<std::pair<std::uint32_t, Wide>> weights;  ///< of nodes that have one, ascending
-};
-
 /// One configuration; what a file leaves out is empty.
 struct GoldenCase {
   std::string id;
@@ -44,7 +38,6 @@ struct GoldenCase {
   std::optional<std::vector<std::uint32_t>> contact_nodes;  ///< ascending
   std::optional<WideVec> scp, force_n, torque_nm;
   std::optional<Wide> margin_m;  ///< not given: no change of decision nearby
-  std::optional<GoldenRegion> weighted;
   std::uint32_t other_results =
       0;  ///< results of rules that are not rendered, e.g. of a single node of several
 };
@@ -52,7 +45,6 @@ struct GoldenCase {
 struct GoldenFile {
   std::string path, family;
   Wide k_f_n_per_m = 0;
-  Wide epsilon_m = 0, epsilon_o_m = 0;  ///< of the weighted contact region; 0: not given
   GoldenBody a, b;
   std::uint32_t node_count = 0;
   bool is_path = false;  ///< cases are consecutive ticks of one motion

@@ -70,7 +70,7 @@ class Search {
   Search(const SceneView& scene, SlidingPart& part, StepProver& prover, const SearchLimits& limits)
       : part_(part), prover_(prover), limits_(limits), words_(tools::hashed(limits.seed)) {
     radius_m_ = part.radius_m();
-    fixed_ = scene.is_fixed();
+    fixed_ = scene.is_locked();
     set_far_box(scene);
   }
 

@@ -55,11 +55,6 @@ void CoreSession::open(const std::string& name, GoalContact asked) {
   }
 }
 
-const char* law_name(LawId law) {
-  if (law == LawId::kProxy) return "proxy";
-  return law == LawId::kPaper ? "paper" : "weighted_region";
-}
-
 std::string scene_title(const SceneView& view) {
   const SceneParameters& p = view.parameters();
   const std::string stiffness = p.law == LawId::kProxy

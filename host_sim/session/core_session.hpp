@@ -11,6 +11,7 @@
 
 #include "host_sim/session/motion_csv.hpp"
 #include "rt_core/haptic_core.hpp"
+#include "rt_core/scene/laws.hpp"
 #include "tools/common/scene_bytes.hpp"
 
 namespace haptic::sim {
@@ -48,9 +49,6 @@ class CoreSession {
   SceneView view_;
   HapticCore* core_ = nullptr;
 };
-
-/// "proxy", "weighted_region" or "paper".
-[[nodiscard]] const char* law_name(LawId law);
 
 /// Name, law and stiffness of a scene, as the head of a picture.
 [[nodiscard]] std::string scene_title(const SceneView& view);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Smooth motions of one body in contact with another on which the published law jumps
-/// (rt_core/METHOD.md section 8.1): the contact region changes while depth and force hardly do.
+/// (rt_core/METHOD.md section 8): the contact region changes while depth and force hardly do.
 
 #include <functional>
 #include <string>

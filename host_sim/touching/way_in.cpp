@@ -55,7 +55,7 @@ std::optional<CorneredMotion> planned(const SceneView& view, SlidingPart& part, 
                                       const Pose& start_wa, const PlanPose& start,
                                       const PlanPose& goal, const WayInLimits& limits,
                                       const TouchProgress& progress) {
-  if (view.is_fixed()) {
+  if (view.is_locked()) {
     progress("looking for the way in by the cells of the free places");
     TranslationResult cells =
         plan_translation(view, prover, start_wa, start, goal, plan_tolerance_m(view));
@@ -86,7 +86,7 @@ WayIn way_to_drawn_place(CoreSession& session, const WayInLimits& limits,
   const PlanPose goal = part.grip_pose(Pose{});
   const bool turned = turn_between(start, goal).norm() > 0;
   if (tools::step_length_m(start, goal, part.radius_m()) < 1e-3 * part.radius_m()) return {};
-  if (view.is_fixed() && turned) return {};
+  if (view.is_locked() && turned) return {};
   if (!prover.is_free(goal) || !prover.is_free(start)) return {};
   if (!is_held_between(session, held_at(view, goal))) return {};
   if (enclosing_body(view, goal) || enclosing_body(view, start)) return {};

@@ -62,7 +62,7 @@ struct ContactPoint {
 [[nodiscard]] Vec3 application_point(const PairPose& pose, ContactType type, std::uint32_t i,
                                      std::uint32_t j, const NodePlane& plane) noexcept;
 
-/// App of a node and how far it lies outside its features (METHOD section 8.2, o_k). Cost: the
+/// App of a node and how far it lies outside its features when A is moved to the SCP. Cost: the
 /// edges of its face.
 [[nodiscard]] ContactPoint contact_point(const PairPose& pose, ContactType type, std::uint32_t i,
                                          std::uint32_t j, const NodePlane& plane) noexcept;

@@ -3,12 +3,9 @@
 
 #include <cmath>
 
-#include "rt_core/contact/fixed_obstacle.hpp"
-
 namespace haptic {
 
 Vec3 plane_normal(const PairView& pair, const Mat3& r_wa, const PlaneId& id) noexcept {
-  if (pair.is_fixed()) return Vec3::Zero();
   switch (id.type) {
     case ContactType::kA:
       return r_wa * -pair.a.plane_normal(id.i);
@@ -49,7 +46,6 @@ DirectionGap direction_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y
 
 PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const PlaneId& id,
                    SupportPair start) noexcept {
-  if (pair.is_fixed()) return fixed_plane_gap(pair, y_w, id);
   const PieceView& a = pair.a;
   const PieceView& b = pair.b;
   PlaneGap plane;

@@ -353,7 +353,7 @@ ManifoldPoint support_row_point(const PairView& pair, const Mat3& r_wa, const Ve
 // of the point midway but for half the way d across n.
 Vec3 plane_turn(const PairView& pair, const Mat3& r_wa, const Vec3& y_w,
                 const PlaneGap& gap) noexcept {
-  if (gap.id.type != ContactType::kC || pair.is_fixed()) return Vec3::Zero();
+  if (gap.id.type != ContactType::kC) return Vec3::Zero();
   const Vec3 u = r_wa * ConstVec3Map(pair.a.edge_directions[gap.id.i].unit);
   const Vec3 v = ConstVec3Map(pair.b.edge_directions[gap.id.j].unit);
   const Vec3 d = y_w + r_wa * pair.a.vertex(gap.support.a) - pair.b.vertex(gap.support.b);

@@ -171,7 +171,6 @@ void NearSearch::push_face_node(ContactType type, const TouchedFace& touched, st
   node.normal_w = n;
   node.f_m = f;
   node.violation_m = violation;
-  node.rise_m = f - touched.gap_m;
   if (near_.size() >= near_end_ || !near_.push(node)) result_.flags |= kNearSetCut;
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "rt_core/contact/fixed_obstacle.hpp"
 #include "rt_core/contact/near_search.hpp"
 
 // Why nothing is missed. Write s(n) for the gap along n, D for D_near, L <= D for the largest value
@@ -174,8 +173,6 @@ void NearScratch::place(Arena& arena, const Size& size) noexcept {
 NearResult find_near_set(const PairPose& pose, Real epsilon_m, FeatureBounds& bounds,
                          NearScratch& scratch, BoundedList<NearNode>& near,
                          NodeScope scope) noexcept {
-  if (pose.pair->is_fixed())
-    return find_fixed_near_set(*pose.pair, pose.y_w, pose.size_m, epsilon_m, near, scope);
   return NearSearch(pose, epsilon_m, bounds, scratch, near, scope).run();
 }
 

@@ -29,9 +29,8 @@ struct NearNode {
   /// Types A and B: largest height of a neighbouring vertex over the plane (METHOD section 2). Type
   /// C: the larger of the heights that the two pieces rise over it. <= 0: applicable.
   Real violation_m = 0;
-  Real rise_m = 0;  ///< types A and B: f less the gap along the normal; type C: 0
   /// App on B about x_0^A, W axes, and how far it lies outside its two features when A is moved to
-  /// the SCP (METHOD section 8.2, o_k); filled where the pair collides [m].
+  /// the SCP; filled where the pair collides [m].
   Vec3 app_w = Vec3::Zero();
   Real outside_m = 0;
 };

@@ -4,21 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt_core/contact/fixed_obstacle.hpp"
-
 namespace haptic {
 GatePlane gate_plane(const PairPose& pose, const NearResult& near, const Odometer& now) noexcept {
   GatePlane plane;
   const NearNode& best = near.best;
-  if (pose.pair->is_fixed()) {
-    plane.face = plane.known = true;  // an edge pair stays a C-face, too
-    plane.normal = best.normal_w;
-    plane.support = near.support;
-    plane.made_at = now.of_b;
-    plane.clear_until =
-        now.of_b + static_cast<double>(best.f_m) - static_cast<double>(pose.rounding_m);
-    return plane;
-  }
   plane.of_a = best.type == ContactType::kA;
   plane.face = best.type != ContactType::kC;
   plane.known = true;
@@ -50,12 +39,6 @@ bool renew_gate(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const O
   // The gap has grown by no more than the odometer since it was computed.
   const double at_most = plane.clear_until + odometer - 2 * plane.made_at;
   if (!plane.known || !is_far(at_most, plane.face, exact_band_m)) return false;
-  if (pair.is_fixed()) {
-    const Real gap = gap_at(pair.planes[plane.support.a], y_w);
-    plane.made_at = odometer;
-    plane.clear_until = odometer + static_cast<double>(gap - gap_rounding(pair, y_w));
-    return true;
-  }
   const Vec3 n_w = plane.of_a ? Vec3(r_wa * plane.normal) : plane.normal;
   const Vec3 n_a = plane.of_a ? plane.normal : Vec3(r_wa.transpose() * plane.normal);
   plane.support.a = highest_vertex(pair.a, lane_points(pair.a), -n_a, plane.support.a);

@@ -7,10 +7,6 @@
 namespace haptic {
 
 void turn_vertices(const PieceView& piece, const Mat3& r_wa, Real* lanes_w) noexcept {
-  if (kSceneTraits.is_fixed(piece.lanes_turned)) {
-    std::copy_n(piece.lanes, 3 * std::size_t{piece.lane_count}, lanes_w);
-    return;
-  }
   const LanePoints local = lane_points(piece);
   for (std::uint32_t k = 0; k < local.count; k += kLanes) {
     RealLanes x, y, z;
@@ -38,7 +34,7 @@ PairPose make_pair_pose(const PairView& pair, const Real* lanes_w, const Mat3& r
                     static_cast<Real>(a.centre_m[2]));
   const Vec3 mean_b(static_cast<Real>(b.centre_m[0]), static_cast<Real>(b.centre_m[1]),
                     static_cast<Real>(b.centre_m[2]));
-  if (!pair.is_fixed()) pose.interior_w = mean_b - r_wa * mean_a;
+  pose.interior_w = mean_b - r_wa * mean_a;
   pose.size_m = static_cast<Real>(a.radius_m + b.radius_m);
   const Real scale = static_cast<Real>(a.reach_m + b.reach_m) + std::sqrt(y_w.squaredNorm());
   pose.rounding_m = 16 * kRealEpsilon * scale;

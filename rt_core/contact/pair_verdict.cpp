@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "rt_core/base/exact_sum.hpp"
-#include "rt_core/contact/fixed_obstacle.hpp"
 
 namespace haptic {
 namespace {
@@ -246,14 +245,6 @@ VerdictResult portal_verdict(const PairPose& pose, VerdictMemory& memory) noexce
 VerdictResult verdict_alone(const PairPose& pose, VerdictMemory& memory,
                             NearResult& plane) noexcept {
   plane.d_near_m = kNoDepth;
-  if (pose.pair->is_fixed()) {
-    const NearestPlane nearest = nearest_fixed_plane(*pose.pair, pose.y_w);
-    plane.best.normal_w = ConstVec3Map(pose.pair->planes[nearest.number].normal);
-    plane.best.f_m = plane.d_near_m = nearest.gap_m;
-    plane.support.a = nearest.number;
-    plane.feature_evaluations = pose.pair->fixed->bounding_count;
-    return fixed_verdict(plane, pose.rounding_m);
-  }
   VerdictResult result = portal_verdict(pose, memory);
   result.thickness_m = std::max(result.thickness_m, pose.rounding_m);
   if (result.verdict != Verdict::kSeparated) return result;
@@ -270,7 +261,6 @@ VerdictResult verdict_alone(const PairPose& pose, VerdictMemory& memory,
 
 VerdictResult pair_verdict(const PairPose& pose, const NearResult& near,
                            VerdictMemory& memory) noexcept {
-  if (pose.pair->is_fixed()) return fixed_verdict(near, pose.rounding_m);
   VerdictResult result;
   if (near.d_near_m > pose.rounding_m && separates(pose, near, result)) return result;
   if (near.d_near_m < -pose.rounding_m) {

@@ -49,7 +49,7 @@ void PieceTree::build(std::span<const PieceSphere> spheres,
       node.sphere.radius_m =
           std::max(node.sphere.radius_m, (far + spheres[i].radius_m) * kRoundedUp);
     }
-    if (kSceneTraits.free_orientation && !boxes_.empty()) {
+    if (!boxes_.empty()) {
       boxes_[k] = round_boxes(boxes, pieces);
     }
     if (node.count == 1) continue;

@@ -6,7 +6,6 @@
 #include <bit>
 
 #include "rt_core/contact/basic_contact.hpp"
-#include "rt_core/contact/fixed_obstacle.hpp"
 #include "rt_core/contact/pair_gate.hpp"
 #include "rt_core/contact/valid_set.hpp"
 
@@ -285,15 +284,13 @@ void ValidScratch::place(Arena& arena) noexcept {
 ValidResult find_valid_planes(const PairPose& pose, const PlaneId& seed, SupportPair support,
                               Real least_gap_m, const ValidScratch& scratch,
                               std::span<ValidPlane> planes) noexcept {
-  if (pose.pair->is_fixed())
-    return find_valid_fixed_planes(*pose.pair, pose.y_w, least_gap_m, planes);
   ValidResult result;
   if (ValidScan(pose, least_gap_m, scratch, planes).run(support, result)) return result;
   return ValidWalk(pose, least_gap_m, scratch, planes).run(seed, support);
 }
 
 bool plane_applies(const PairView& pair, const Mat3& r_wa, const PlaneId& id) noexcept {
-  if (pair.is_fixed() || id.type != ContactType::kC) return true;
+  if (id.type != ContactType::kC) return true;
   const Vec3 v = ConstVec3Map(pair.b.edge_directions[id.j].unit);
   const Vec3 u = r_wa * ConstVec3Map(pair.a.edge_directions[id.i].unit);
   const Vec3 v_a = r_wa.transpose() * v;

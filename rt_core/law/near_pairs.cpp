@@ -9,7 +9,6 @@
 
 #include "rt_core/contact/c_face_plane.hpp"
 #include "rt_core/contact/edge_lines.hpp"
-#include "rt_core/contact/fixed_obstacle.hpp"
 #include "rt_core/contact/pair_gate.hpp"
 
 namespace haptic {
@@ -117,7 +116,7 @@ void NearPairs::read_scene(const SceneView& scene) noexcept {
       for (int k = 0; k < 3; ++k) reference[k] = static_cast<Real>(body.reference_m[k]);
       sphere.centre += reference;
     }
-    if (!kSceneTraits.free_orientation || boxes_.empty()) continue;
+    if (boxes_.empty()) continue;
     const PieceView view = scene.piece(i);
     Vec3 low = view.vertex(0), high = low;
     for (std::uint32_t v = 1; v < view.vertex_count; ++v) {
@@ -242,7 +241,7 @@ bool NearPairs::is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real share
                           Real& gap_m) noexcept {
   const Place& at = at_[0];
   const PieceNode &a = tree_a_.node(node_a), &b = tree_b_.node(node_b);
-  if (!kSceneTraits.free_orientation || boxes_.empty()) {
+  if (boxes_.empty()) {
     gap_m = sphere_distance({at.p.r_wa * a.sphere.centre + at.p.x0_w, a.sphere.radius_m}, b.sphere);
     if (gap_m > share * range_m_) left_m_ = std::min(left_m_, gap_m / share);
     return gap_m > share * range_m_;
@@ -270,7 +269,7 @@ bool NearPairs::is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real share
 /// it takes to be above `limit_m`.
 Real NearPairs::facet_gap(std::uint32_t piece_a, std::uint32_t piece_b, Real gap_m,
                           Real limit_m) const noexcept {
-  if (!kSceneTraits.free_orientation || flat_.empty()) return gap_m;
+  if (flat_.empty()) return gap_m;
   const FlatPiece &a = flat_[piece_a], &b = flat_[piece_b];
   if (a.corner_count == 0 || b.corner_count == 0) return gap_m;
   const Place& at = at_[0];
@@ -328,30 +327,24 @@ void NearPairs::refine(Found& found) noexcept {
     found.along_m = gap.gap_m - rounding_m;
     found.normal_w = gap.normal_w;
   };
-  if (kSceneTraits.is_fixed(scene_->is_fixed())) {
-    const NearestPlane nearest = nearest_fixed_plane(view, y_w);
-    visited_ += view.fixed->bounding_count;
-    improve(fixed_plane_gap(view, y_w, fixed_plane_id(nearest.number)));
-  } else {
-    SupportPair support{};
-    const auto ask = [&](ContactType type, std::uint32_t count) {
-      for (std::uint32_t f = 0; f < count && !(found.along_m > range_m_); ++f) {
-        PlaneId id;
-        id.type = type;
-        (type == ContactType::kA ? id.i : id.j) = static_cast<std::uint16_t>(f);
-        visited_ += 1;
-        if (face_bound(view, p.r_wa, y_w, id, support) < found.along_m) continue;
-        const PlaneGap gap = plane_gap(view, p.r_wa, y_w, id, support);
-        support = gap.support;
-        improve(gap);
-      }
-    };
-    ask(ContactType::kB, plane_count(*view.b.record));
-    // A solid of many faces is mostly apart from a facet along the planes of that.
-    const std::uint32_t of_a = plane_count(*view.a.record);
-    const bool is_apart = view.b.is_facet() && found.along_m > 0;
-    if (of_a <= kFewFaces || !is_apart) ask(ContactType::kA, of_a);
-  }
+  SupportPair support{};
+  const auto ask = [&](ContactType type, std::uint32_t count) {
+    for (std::uint32_t f = 0; f < count && !(found.along_m > range_m_); ++f) {
+      PlaneId id;
+      id.type = type;
+      (type == ContactType::kA ? id.i : id.j) = static_cast<std::uint16_t>(f);
+      visited_ += 1;
+      if (face_bound(view, p.r_wa, y_w, id, support) < found.along_m) continue;
+      const PlaneGap gap = plane_gap(view, p.r_wa, y_w, id, support);
+      support = gap.support;
+      improve(gap);
+    }
+  };
+  ask(ContactType::kB, plane_count(*view.b.record));
+  // A solid of many faces is mostly apart from a facet along the planes of that.
+  const std::uint32_t of_a = plane_count(*view.a.record);
+  const bool is_apart = view.b.is_facet() && found.along_m > 0;
+  if (of_a <= kFewFaces || !is_apart) ask(ContactType::kA, of_a);
   if (kSceneTraits.facets && found.along_m < kLineShare * range_m_) ask_edges(found, view, y_w);
   found.rank_m = found.gap_m = std::max(found.gap_m, found.along_m);
 }

@@ -44,7 +44,7 @@ Real Proxy::path_gap(const ProxyPair& pair, const DirectionGap& at_p, const Dire
 /// The same along one plane of the pair.
 Real Proxy::path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
                      const Step& step) const noexcept {
-  if (is_fixed() || step.dtheta_rad.isZero(0)) return std::min(gap_p_m, at_q.gap_m);
+  if (is_locked() || step.dtheta_rad.isZero(0)) return std::min(gap_p_m, at_q.gap_m);
   const bool turns = at_q.id.type != ContactType::kB;
   const Vec3 at_p = turns ? plane_normal(*pair.view, p_.r_wa, at_q.id) : at_q.normal_w;
   return path_gap(pair, DirectionGap{at_p, gap_p_m, {}},
@@ -146,7 +146,7 @@ bool Proxy::keeps_plane(ReachedPair& reached, const Step& step, Real least_m,
 
 /// Whether to find the set of planes of a pair takes long.
 bool Proxy::has_many_nodes(const ReachedPair& reached) const noexcept {
-  return !is_fixed() && pairs_[reached.pair].view->record.node_count >= kManyNodes;
+  return pairs_[reached.pair].view->record.node_count >= kManyNodes;
 }
 
 /// Finds the plane that certifies a pair best, of one with a facet the first that does, where its

@@ -14,7 +14,6 @@
 #include <cmath>
 #include <limits>
 
-#include "rt_core/contact/fixed_obstacle.hpp"
 #include "rt_core/law/proxy_step.hpp"
 
 namespace haptic {
@@ -108,12 +107,9 @@ bool Proxy::find_low_face(const ImposedPlane& imposed, const Vec3& normal_w, Val
   const ProxyScale& scale = parameters_.scale;
   const Real deepest_m = kRoomHeights * scale.climb_m;
   ProxyPair& pair = pairs_[imposed.pair];
-  const Vec3 y_w = p_.x0_w - pair.reference_w;
   std::array<ValidPlane, kMaxValidPlanes> planes;
-  const ValidResult found = is_fixed()
-                                ? find_valid_fixed_planes(*pair.view, y_w, -deepest_m, planes)
-                                : find_valid_planes(pose_of(pair), pair.plane, pair.support,
-                                                    -deepest_m, valid_scratch_, planes);
+  const ValidResult found = find_valid_planes(pose_of(pair), pair.plane, pair.support, -deepest_m,
+                                              valid_scratch_, planes);
   tick.valid_nodes += found.visited;
   if (found.cut) room_m = 0;
   bool any = false;

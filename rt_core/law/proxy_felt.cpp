@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "rt_core/contact/contact_region.hpp"
-#include "rt_core/contact/fixed_obstacle.hpp"
 #include "rt_core/law/proxy_law.hpp"
 
 namespace haptic {
@@ -26,20 +25,6 @@ struct FeltPoints {
     if (kept < points.size()) points[kept++] = {app_w, above_m};
   }
 };
-
-/// The basic contacts of a plane of a part that never turns.
-void add_fixed_points(const PairView& pair, const PairPose& pose, const FeltPlane& felt,
-                      const FixedPlane& plane, Real epsilon_m, FeltPoints& points) noexcept {
-  NodePlane at;
-  at.normal_w = felt.normal_w;
-  for (std::uint32_t k = 0; k < plane.node_count; ++k) {
-    const FixedNode& node = pair.plane_nodes[plane.node_begin + k];
-    at.f_m = felt.gap_m + node.rise_m;
-    const ContactPoint point =
-        contact_point(pose, static_cast<ContactType>(node.type), node.i, node.j, at);
-    if (point.outside_m <= epsilon_m) points.add(point.app_w, std::abs(node.rise_m));
-  }
-}
 
 /// Which features touch, with the width `share` epsilon of a contact.
 ContactSituation label_of(const FeltContact& felt, const FeltPoints& points, Real epsilon_m,
@@ -93,15 +78,9 @@ void Proxy::feel(ProxyTick& tick) noexcept {
     const std::uint32_t before = points.count;
     FeltPlane& felt = contact.planes[contact.plane_count++];
     felt = {pair.index, gap.normal_w, gap.gap_m, 0, active.id.type};
-    if (is_fixed()) {
-      const FixedPlane& plane = pair.view->planes[plane_number(active.id)];
-      felt.type = static_cast<ContactType>(plane.type);
-      add_fixed_points(*pair.view, fixed_pose_of(pair), felt, plane, epsilon, points);
-    } else {
-      for (std::uint32_t k = 0; k < region.count; ++k) {
-        const Real above = region.points[k].gap_m - gap.gap_m;
-        if (above < epsilon) points.add(region.points[k].app_w, above);
-      }
+    for (std::uint32_t k = 0; k < region.count; ++k) {
+      const Real above = region.points[k].gap_m - gap.gap_m;
+      if (above < epsilon) points.add(region.points[k].app_w, above);
     }
     felt.point_count = points.count - before;
   }
@@ -114,11 +93,6 @@ void Proxy::feel(ProxyTick& tick) noexcept {
   }
 }
 
-/// As pose_of, of a part that never turns.
-PairPose Proxy::fixed_pose_of(const ProxyPair& pair) const noexcept {
-  return make_pair_pose(*pair.view, pair.view->a.lanes, p_.r_wa, p_.x0_w - pair.reference_w);
-}
-
 NearResult Proxy::near_set_of(PairIndex index, NearScratch& scratch, BoundedList<NearNode>& near,
                               PairPose& pose) noexcept {
   const auto slots = near_pairs_.slots();
@@ -129,14 +103,10 @@ NearResult Proxy::near_set_of(PairIndex index, NearScratch& scratch, BoundedList
   ProxyTick report;
   need_view(pair, report);
   FeatureBounds bounds;
-  if (is_fixed()) {
-    pose = fixed_pose_of(pair);
-  } else {
-    pose = pose_of(pair);
-    Arena arena(reinterpret_cast<std::byte*>(search_memory_.data()));
-    bounds.place(arena, *pair.view->a.record, *pair.view->b.record);
-    bounds.reset(pair.view->marks);
-  }
+  pose = pose_of(pair);
+  Arena arena(reinterpret_cast<std::byte*>(search_memory_.data()));
+  bounds.place(arena, *pair.view->a.record, *pair.view->b.record);
+  bounds.reset(pair.view->marks);
   return find_near_set(pose, parameters_.epsilon_m, bounds, scratch, near, NodeScope::kLive);
 }
 

@@ -121,7 +121,7 @@ bool Proxy::add_cone(std::uint32_t imposed, const RowArm& arm, const Vec3& norma
 /// What a motion of the part moves a point by along its plane.
 [[gnu::noinline]] Vec3 Proxy::slip_of(const FrictionCone& cone,
                                       const PoseError& motion) const noexcept {
-  const Vec3 dp = is_fixed()
+  const Vec3 dp = is_locked()
                       ? motion.translation_m
                       : Vec3(motion.translation_m + motion.rotation_rad.cross(cone.arm.app_w));
   return dp - cone.normal_w * cone.normal_w.dot(dp);
@@ -130,7 +130,7 @@ bool Proxy::add_cone(std::uint32_t imposed, const RowArm& arm, const Vec3& norma
 /// And out of it.
 Real Proxy::rise_of(const FrictionCone& cone, const PoseError& motion) const noexcept {
   const Real rise_m = cone.normal_w.dot(motion.translation_m);
-  return is_fixed() ? rise_m : rise_m + turned_m(cone.arm, cone.normal_w, motion.rotation_rad);
+  return is_locked() ? rise_m : rise_m + turned_m(cone.arm, cone.normal_w, motion.rotation_rad);
 }
 
 /// Adds half spaces where the solution violates a cone, until it keeps all of them.

@@ -35,8 +35,7 @@ void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
         tick.limited = true;
       }
     };
-    // Planes that never turn are soon found again; none may hold the proxy beyond its C-face.
-    if (is_fixed() || choose_from_start_) continue;
+    if (choose_from_start_) continue;
     const std::uint32_t before = imposed_.size();
     for (const ImposedPlane& last : active_) {
       if (last.pair == reached.pair && plane_applies(*pair.view, p_.r_wa, last.id)) {
@@ -199,7 +198,7 @@ bool Proxy::impose(std::uint32_t number, const Step& step, const PoseError& erro
 /// came closest at the step would hold the part past the end of its features.
 void Proxy::take_touching(const ReachedPair& reached, ImposedPlane& plane,
                           ProxyTick& tick) noexcept {
-  if (is_fixed() || reached.gap_p_m > parameters_.scale.tolerance_m) return;
+  if (reached.gap_p_m > parameters_.scale.tolerance_m) return;
   const auto touches = [&](const PlaneId& id, SupportPair support) {
     const PlaneRegion& region = region_at_p(reached.pair, id, support, tick);
     return region.gap.defined && region.overlap;

@@ -113,16 +113,12 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   const SceneCapacity& c = scene.header().capacity;
   const std::uint32_t moving_pieces = scene.bodies()[0].piece_count;
   std::uint32_t loop_a = 0, loop_b = 0;
-  std::size_t search_bytes = 0;
-  const bool fixed = scene.is_fixed();
-  if (!fixed) {
-    Arena counting;
-    FeatureBounds bounds;
-    bounds.place(counting, largest_counts(scene.pieces().first(moving_pieces)),
-                 largest_counts(scene.pieces().subspan(moving_pieces)));
-    search_bytes = counting.used();
-  }
-  for (std::uint32_t i = 0; i < scene.pieces().size() && !fixed; ++i) {
+  Arena counting;
+  FeatureBounds bounds;
+  bounds.place(counting, largest_counts(scene.pieces().first(moving_pieces)),
+               largest_counts(scene.pieces().subspan(moving_pieces)));
+  const std::size_t search_bytes = counting.used();
+  for (std::uint32_t i = 0; i < scene.pieces().size(); ++i) {
     std::uint32_t& loop = i < moving_pieces ? loop_a : loop_b;
     loop = std::max(loop, largest_loop(scene.piece(i)));
   }
@@ -134,8 +130,8 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
   near_pairs_.place(arena, scene, slots, screened);
   if (screened) {
     screen_ = arena.take<FacetScreen>(1).data();
-    FacetScreen counting;
-    (screen_ == nullptr ? counting : *screen_).place(arena, scene);
+    FacetScreen unplaced;
+    (screen_ == nullptr ? unplaced : *screen_).place(arena, scene);
   }
   has_facets_ = scene.has_facets();
   if (!screened && (has_facets_ || slots > kManyNearPairs)) {
@@ -166,7 +162,6 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
     row_cone_ = arena.take<std::uint8_t>(kMaxQpRows);
     last_cones_ = BoundedList<FrictionCone>(arena.take<FrictionCone>(kMaxFrictionCones));
   }
-  if (fixed) return;  // planes need neither turned vertices nor searches
   lanes_ = arena.take<Real>(3 * std::size_t{c.moving_lanes});
   lanes_begin_ = arena.take<std::size_t>(moving_pieces);
   lanes_version_ = arena.take<std::uint64_t>(moving_pieces);
@@ -327,7 +322,7 @@ void Proxy::accept(const Step& step) noexcept {
   version_ += 1;
   path_m_ = (path_m_ + static_cast<double>(std::sqrt(step.dx_m.squaredNorm())) * kOdometerUp) *
             (1 + 0x1p-52);
-  if (!is_fixed())
+  if (!is_locked())
     turn_rad_ =
         (turn_rad_ + static_cast<double>(std::sqrt(step.dtheta_rad.squaredNorm())) * kOdometerUp) *
         (1 + 0x1p-52);
@@ -397,7 +392,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
     held_ = 0;
     choice_spent_ = false;
   }
-  const bool chosen = choose_from_start_ || is_fixed() || sticks();
+  const bool chosen = choose_from_start_ || sticks();
   bound_move(goal);
   if (has_friction()) {
     const PoseError way = error_of(goal, goal_);

@@ -239,7 +239,7 @@ class Proxy {
     Real epsilon_m = 0;  ///< of the scene: for full searches
     /// The proxy never leaves it: no step that a pass considers does. Goals must lie inside.
     MotionEnvelope envelope;
-    bool never_turns = false;  ///< pairs have stored planes, all poses one orientation
+    bool locked = false;  ///< the part never turns: all poses have one orientation
   };
 
   /// Places everything; with a counting arena only the size is computed.
@@ -525,14 +525,12 @@ class Proxy {
   [[nodiscard]] Step step_by(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept;
   void accept(const Step& step) noexcept;
   [[nodiscard]] PairPose pose_of(const ProxyPair& pair) noexcept;
-  [[nodiscard]] PairPose fixed_pose_of(const ProxyPair& pair) const noexcept;
-  [[nodiscard]] bool is_fixed() const noexcept {
-    return kSceneTraits.is_fixed(parameters_.never_turns);
+  [[nodiscard]] bool is_locked() const noexcept {
+    return kSceneTraits.is_locked(parameters_.locked);
   }
   [[nodiscard]] PoseError error_of(const GripPose& goal, const GripPose& pose) const noexcept {
-    return is_fixed() ? place_error(goal, pose) : pose_error(goal, pose);
+    return is_locked() ? place_error(goal, pose) : pose_error(goal, pose);
   }
-  void search_fixed(ProxyPair& pair, ProxyTick& tick) noexcept;
   [[nodiscard]] double odometer_m(const ProxyPair& pair) const noexcept {
     return path_m_ + turn_rad_ * static_cast<double>(pair.reach_a_m);
   }

@@ -52,7 +52,7 @@ Proxy::Step Proxy::step_by(const Vec3& dx_m, const Vec3& dtheta_rad) const noexc
   const MotionEnvelope& envelope = parameters_.envelope;
   const bool place = envelope.limits_place();
   const bool turn = envelope.limits_turn();
-  if (is_fixed()) {
+  if (is_locked()) {
     if (place && hold_place(envelope, step.q)) step.dx_m = step.q.x0_w - p_.x0_w;
   } else if ((turn || place) && hold_inside(envelope, step.q)) {
     step.dx_m = step.q.x0_w - p_.x0_w;
@@ -132,7 +132,7 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
     way = step_by(s * error.translation_m, Vec3::Zero());
     return correct(way, tick) && affordable(way);
   };
-  if (ok && short_ && !is_fixed() && !has_friction() && has_budget(tick)) {
+  if (ok && short_ && !is_locked() && !has_friction() && has_budget(tick)) {
     // Such edges let no longer step be found that turns.
     const Real short_j = end_j;
     Step way;
@@ -380,7 +380,7 @@ bool Proxy::solve(const PoseError& error, Step& step, ProxyTick& tick) noexcept 
 PoseError Proxy::asked(const QpVector& z, const PoseError& error) const noexcept {
   PoseError wish;
   wish.translation_m = z.head<3>() + error.translation_m;
-  if (!is_fixed()) {
+  if (!is_locked()) {
     wish.rotation_rad = z.tail<3>() / secant_.length_m + error.rotation_rad;
   }
   return wish;

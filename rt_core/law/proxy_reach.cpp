@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "rt_core/contact/edge_lines.hpp"
-#include "rt_core/contact/fixed_obstacle.hpp"
 #include "rt_core/contact/pair_gate.hpp"
 #include "rt_core/law/proxy_step.hpp"
 
@@ -56,7 +55,6 @@ PairPose Proxy::pose_of(const ProxyPair& pair) noexcept {
 
 /// Nearest C-face of a pair at p_, by an exact search without history.
 void Proxy::search_fully(ProxyPair& pair, ProxyTick& tick) noexcept {
-  if (is_fixed()) return search_fixed(pair, tick);
   const PairPose pose = pose_of(pair);
   Arena arena(reinterpret_cast<std::byte*>(search_memory_.data()));
   FeatureBounds bounds;
@@ -113,7 +111,6 @@ void Proxy::search_between(ProxyPair& pair, ProxyTick& tick) noexcept {
 
 /// Finds the face along which a pair has the largest gap at p_; false: it has none along any.
 bool Proxy::find_face(ProxyPair& pair, ProxyTick& tick) noexcept {
-  if (is_fixed()) return false;
   const Vec3 y_w = p_.x0_w - pair.reference_w;
   PlaneGap best;
   for_each_face(*pair.view, [&](const PlaneId& id) {
@@ -504,9 +501,7 @@ void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
   std::array<ValidPlane, kMaxValidPlanes> planes;
   const Real least = -valid_depth(parameters_.scale);
   const ValidResult found =
-      is_fixed() ? find_valid_fixed_planes(*pair.view, p_.x0_w - pair.reference_w, least, planes)
-                 : find_valid_planes(pose_of(pair), pair.plane, pair.support, least, valid_scratch_,
-                                     planes);
+      find_valid_planes(pose_of(pair), pair.plane, pair.support, least, valid_scratch_, planes);
   tick.valid_nodes += found.visited;
   for (std::uint32_t k = 0; k < found.count; ++k) {
     if (!valid_.push(planes[k])) break;

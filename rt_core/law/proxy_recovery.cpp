@@ -11,7 +11,6 @@
 #include <cmath>
 #include <limits>
 
-#include "rt_core/contact/fixed_obstacle.hpp"
 #include "rt_core/law/proxy_step.hpp"
 
 namespace haptic {
@@ -22,18 +21,6 @@ constexpr Real kEndless = std::numeric_limits<Real>::max();
 /// for so many passes: no planes that contradict each other hold the part for ever.
 constexpr Real kFewDepths = 4;
 constexpr std::uint32_t kMostShortWays = 256;
-
-/// How far a part that never turns goes along `along_w` until a plane of the pair's list that it
-/// does not go back behind has a gap of `free_m`.
-Real fixed_way_m(const PairView& pair, const Vec3& y_w, const Vec3& along_w, Real free_m) noexcept {
-  Real way_m = kEndless;
-  for (std::uint32_t k = 0; k < pair.fixed->bounding_count; ++k) {
-    const PlaneGap gap = plane_gap(pair, Mat3::Identity(), y_w, fixed_plane_id(k), {});
-    const Real ahead = gap.normal_w.dot(along_w);
-    if (gap.defined && ahead > kRealEpsilon) way_m = std::min(way_m, (free_m - gap.gap_m) / ahead);
-  }
-  return way_m;
-}
 
 }  // namespace
 
@@ -57,14 +44,9 @@ Real Proxy::way_out_m(const Vec3& along_w, Real least_m, Real most_m, ProxyTick&
         tick.plane_gaps += 1;
         if (held.defined && held.gap_m + way_m * held.normal_w.dot(along_w) >= free_m) continue;
       }
-      Real own_m = 0;
-      if (is_fixed()) {
-        tick.search_work += pair.view->fixed->bounding_count;
-        own_m = fixed_way_m(*pair.view, y_w, along_w, free_m);
-      } else {
-        tick.plane_gaps += 2;
-        own_m = free_m - direction_gap(*pair.view, p_.r_wa, y_w, along_w, pair.support).gap_m;
-      }
+      tick.plane_gaps += 2;
+      const Real own_m =
+          free_m - direction_gap(*pair.view, p_.r_wa, y_w, along_w, pair.support).gap_m;
       if (!(own_m > way_m)) continue;
       way_m = own_m;
       longer = true;
@@ -128,12 +110,6 @@ Real Proxy::choose_way_out(ProxyTick& tick) noexcept {
     const ProxyPair& pair = pairs_[reached.pair];
     if (!pair.inside) continue;
     if (!has_budget(tick)) break;
-    if (is_fixed()) {
-      for (std::uint32_t k = 0; k < pair.view->fixed->bounding_count && has_budget(tick); ++k) {
-        ask(reached, fixed_plane_id(k));
-      }
-      continue;
-    }
     for_each_face(*pair.view, [&](const PlaneId& id) {
       ask(reached, id);
       return has_budget(tick);

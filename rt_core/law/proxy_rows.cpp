@@ -20,7 +20,7 @@ void Proxy::find_region(const ProxyPair& pair, const GripPose& at, PlaneRegion& 
   region.count = 1;
   region.points[0] = {Vec3::Zero(), region.gap.gap_m};
   region.turn_w.setZero();
-  if (is_fixed() || !region.gap.defined) return;
+  if (!region.gap.defined) return;
   tick.regions += 1;
   region.count = contact_manifold(*pair.view, at.r_wa, at.x0_w - pair.reference_w, region.gap,
                                   parameters_.scale.manifold_m, manifold_scratch_, region.points);
@@ -63,9 +63,9 @@ bool Proxy::add_rows(std::uint32_t imposed, const Step& at, const PoseError& err
   PlaneRegion region;
   region.gap = gap_at(pair, at, plane.id, plane.support, tick);
   if (!region.gap.defined) return true;  // edges turned parallel: another plane will come
-  find_region(pair, at.q, region, tick);
+  if (!is_locked()) find_region(pair, at.q, region, tick);
   if (!add_region(imposed, region, error, &at)) return false;
-  if (!support_too || is_fixed()) return true;
+  if (!support_too || is_locked()) return true;
   const Vec3 y_w = at.q.x0_w - pair.reference_w;
   const ManifoldPoint point = support_row_point(*pair.view, at.q.r_wa, y_w, region.gap);
   const RowArm arm{point.app_w, plane_turn(*pair.view, at.q.r_wa, y_w, region.gap)};
@@ -76,6 +76,9 @@ bool Proxy::add_rows(std::uint32_t imposed, const Step& at, const PoseError& err
 bool Proxy::add_region(std::uint32_t imposed, const PlaneRegion& region, const PoseError& error,
                        const Step* at) noexcept {
   imposed_[imposed].support = region.gap.support;
+  if (is_locked()) {  // all points move alike: the lowest one says it all
+    return add_row(imposed, RowArm{}, region.gap.gap_m, region.gap.normal_w, at, error);
+  }
   for (std::uint32_t k = 0; k < region.count; ++k) {
     const ManifoldPoint& point = region.points[k];
     const RowArm arm{point.app_w, region.turn_w};
@@ -92,7 +95,7 @@ bool Proxy::add_row(std::uint32_t imposed, const RowArm& arm, Real gap_m, const 
   Real along = 0;
   if (at != nullptr) {
     along = normal_w.dot(at->dx_m);
-    if (!is_fixed()) along += turned_m(arm, normal_w, at->dtheta_rad);
+    if (!is_locked()) along += turned_m(arm, normal_w, at->dtheta_rad);
   }
   // Rows that zero motion would violate by more than this could be inconsistent.
   const Real least = std::min(along - gap_m, close_m_);
@@ -106,7 +109,7 @@ bool Proxy::push_row(std::uint32_t imposed, const RowArm& arm, const Vec3& w, Re
   QpRow row;
   Real pull = w.dot(error.translation_m);
   row.g.head<3>() = w;
-  if (!is_fixed()) {
+  if (!is_locked()) {
     const Vec3 moment = arm.app_w.cross(w) + arm.turn_w;
     row.g.tail<3>() = moment / secant_.length_m;
     pull += moment.dot(error.rotation_rad);

@@ -158,7 +158,7 @@ void Proxy::shift_cones(const PoseError& motion) noexcept {
 QpVector Proxy::force_at(const FrictionCone& cone, const Vec3& w, bool pushes) const noexcept {
   QpVector force = QpVector::Zero();
   force.head<3>() = w;
-  if (!is_fixed()) {
+  if (!is_locked()) {
     Vec3 moment = cone.arm.app_w.cross(w);
     if (pushes) moment += cone.arm.turn_w;
     force.tail<3>() = moment / secant_.length_m;
@@ -223,7 +223,7 @@ bool Proxy::find_balance(const PoseError& error, bool begins, Balance& found,
   auto& [forces, stuck, count, stuck_count, slides] = taken;
   QpVector pull = QpVector::Zero();
   pull.head<3>() = error.translation_m;
-  if (!is_fixed()) pull.tail<3>() = secant_.length_m * error.rotation_rad;
+  if (!is_locked()) pull.tail<3>() = secant_.length_m * error.rotation_rad;
   std::uint32_t left = kMaxBalances;
   if (begins) {
     // It would begin to slide as it did without friction. What two planes that look at each other

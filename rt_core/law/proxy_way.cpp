@@ -29,7 +29,7 @@ void Proxy::bound_move(const GripPose& goal) noexcept {
   came_m_ += std::sqrt((goal.x0_w - goal_.x0_w).squaredNorm());
   way_left_m_ = came_m_ + std::max(kRelease_n / spring.k_t_n_per_m,
                                    kReleaseShare * std::sqrt(error.translation_m.squaredNorm()));
-  if (is_fixed()) return;
+  if (is_locked()) return;
   const Real chord2 = std::min((goal.q_wa.coeffs() - goal_.q_wa.coeffs()).squaredNorm(),
                                (goal.q_wa.coeffs() + goal_.q_wa.coeffs()).squaredNorm());
   came_rad_ += kTurnOfChord * std::sqrt(chord2);
@@ -42,7 +42,7 @@ Real Proxy::held_m() const noexcept { return std::sqrt(last_qp_.z.head<3>().squa
 
 bool Proxy::may_move() const noexcept {
   const ProxyScale& scale = parameters_.scale;
-  return way_left_m_ > scale.still_m && (is_fixed() || turn_left_rad_ > scale.still_rad);
+  return way_left_m_ > scale.still_m && (is_locked() || turn_left_rad_ > scale.still_rad);
 }
 
 /// What the last program asks for, where p is held and may not come so far in this tick: where its
@@ -51,7 +51,7 @@ bool Proxy::may_move() const noexcept {
 PoseError Proxy::bounded(const PoseError& error, Real tolerance_m, ProxyTick& tick) noexcept {
   PoseError way = wish_;
   for (std::uint32_t k = 0; k < kMaxBoundsOfRound && bound_programs_ < kMaxBoundPrograms; ++k) {
-    if (is_fixed() || last_qp_.active_count == 0) break;
+    if (is_locked() || last_qp_.active_count == 0) break;
     const Real far = std::sqrt(way.translation_m.squaredNorm());
     const Real turn = std::sqrt(way.rotation_rad.squaredNorm());
     const Real far_share = far > way_left_m_ ? way_left_m_ / far : Real{1};

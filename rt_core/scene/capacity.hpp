@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <span>
 
-#include "rt_core/scene/fixed_planes.hpp"
 #include "rt_core/scene/formed_pairs.hpp"
 #include "rt_core/scene/node_marks.hpp"
 #include "rt_core/scene/proxy_limits.hpp"
@@ -49,13 +48,6 @@ constexpr PairBounds pair_bounds(const PieceRecord& a, const PieceRecord& b, con
 /// last plane.
 inline constexpr std::uint32_t kHeldSupportPairs = kMaxSupportPairsPerVerdict + 1;
 
-/// The same where the part never turns: a scan of the planes, and another for those that can carry
-/// a force where some basic contact only separates.
-constexpr PairBounds pair_bounds(const FixedPairRecord& fixed) noexcept {
-  const std::uint64_t scans = fixed.hidden != 0 ? 2 : 1;
-  return {scans * fixed.plane_count, 0, 0, fixed.node_count};
-}
-
 /// Support pairs that the gate asks for, of a pair in one tick.
 inline constexpr std::uint32_t kGateSupportPairs = 2;
 
@@ -83,9 +75,6 @@ constexpr PairWork pair_work(const PieceRecord& a, const PieceRecord& b, const P
   return {2 * faces + nodes + std::min<std::uint64_t>(nodes, kMaxValidPlanes),
           faces + reachable.features + pair.edge_pair_capacity / kEdgePairsOfUnit +
               std::min<std::uint64_t>(edge_pairs, kMaxNearestSupports)};
-}
-constexpr PairWork pair_work(const FixedPairRecord& fixed) noexcept {
-  return {std::uint64_t{fixed.plane_count} + kMaxValidPlanes, fixed.plane_count};
 }
 
 /// Nodes of two trees over pieces that lists of near pairs look at in one tick. `overflows`: there
@@ -170,14 +159,13 @@ constexpr std::uint32_t proxy_passes(const SceneParameters& p) noexcept {
 /// pairs; all fields but state_bytes. Each total is the smaller of the sum
 /// over all pairs and the visits times the largest pair. Saturating. Every pair must name pieces in
 /// range, and words of `marks` (kNodeMarks) where it has any; where pairs are not listed `pairs` is
-/// empty. `fixed`: one per pair where the part never turns, else empty. O(pairs + pieces + marks).
+/// empty. O(pairs + pieces + marks).
 constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
                                        std::span<const PieceRecord> pieces,
                                        std::span<const PairRecord> pairs,
                                        std::span<const std::uint64_t> marks,
                                        std::uint32_t max_pair_visits,
-                                       const SceneParameters& parameters,
-                                       std::span<const FixedPairRecord> fixed = {}) noexcept {
+                                       const SceneParameters& parameters) noexcept {
   const auto clip = [](std::uint64_t x) {
     return static_cast<std::uint32_t>(std::min<std::uint64_t>(x, UINT32_MAX));
   };
@@ -205,7 +193,7 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
     const NodeMarks own = pair.mark_begin == kNotMarked
                               ? NodeMarks{}
                               : marks_at(marks.subspan(pair.mark_begin).data(), pair, a, b);
-    const PairBounds bounds = fixed.empty() ? pair_bounds(a, b, pair, own) : pair_bounds(fixed[i]);
+    const PairBounds bounds = pair_bounds(a, b, pair, own);
     const auto add = [&](std::uint64_t PairBounds::*field) {
       sum.*field += bounds.*field;
       largest.*field = std::max(largest.*field, bounds.*field);
@@ -215,11 +203,10 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
     add(&PairBounds::support_pairs);
     add(&PairBounds::near_nodes);
     const LiveCounts reachable = live_counts(own, NodeScope::kReachable, pair, a, b);
-    const PairWork own_work =
-        fixed.empty() ? pair_work(a, b, pair, reachable) : pair_work(fixed[i]);
+    const PairWork own_work = pair_work(a, b, pair, reachable);
     work.set = std::max(work.set, own_work.set);
     work.search = std::max(work.search, own_work.search);
-    if (!fixed.empty() || !searches_goal) continue;  // every plane and node has its room
+    if (!searches_goal) continue;
     if (reachable.edge_pairs > pair.edge_pair_capacity) {
       c.unproven |= kUnprovenEdgePairs;
     }
@@ -239,11 +226,7 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
   // Those that are not visited get a verdict.
   const std::uint64_t held = pair_count - std::min<std::uint64_t>(pair_count, max_pair_visits);
   PairBounds of_held{};
-  if (fixed.empty()) {
-    of_held.support_pairs = kHeldSupportPairs;
-  } else {
-    of_held.feature_evaluations = largest.feature_evaluations;
-  }
+  of_held.support_pairs = kHeldSupportPairs;
   const auto total = [&](std::uint64_t PairBounds::*field) {
     return std::min(sum.*field, max_pair_visits * largest.*field) + held * of_held.*field;
   };

@@ -76,35 +76,6 @@ bool reach_fits(const PieceView& p, double scale) noexcept {
 
 }  // namespace
 
-RtStatus turned_lanes(const PieceView& p, double scale,
-                      const EnvelopeParameters& envelope) noexcept {
-  const double* const q = envelope.q_wa_xyzw;
-  const Double3 u{q[0], q[1], q[2]};
-  const double tolerance = kGeometryTolerance * scale;
-  const double length2 = dot(u, u) + q[3] * q[3];  // within 1e-6 of 1
-  for (std::uint32_t v = 0; v < p.lane_count; ++v) {
-    const Double3 x = vertex_of(p, v < p.vertex_count ? v : 0);
-    const Double3 t = (2.0 / length2) * cross(u, x);
-    const Double3 turned = x + q[3] * t + cross(u, t);
-    const double wanted[3] = {turned.x, turned.y, turned.z};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double stored = static_cast<double>(p.lanes[k * p.lane_count + v]);
-      if (!(absolute(stored - wanted[k]) <= tolerance)) return RtStatus::kBlobBadNumber;
-      const Real* const first = p.lanes + k * p.lane_count;
-      if (v >= p.vertex_count && std::memcmp(first + v, first, sizeof(Real)) != 0)
-        return RtStatus::kBlobBadNumber;
-    }
-  }
-  return RtStatus::kOk;
-}
-
-RtStatus fixed_bounds(const PieceView& p, double scale) noexcept {
-  const PieceRecord& r = *p.record;
-  return reach_fits(p, scale) && r.vertex_relax_m == 0 && r.edge_relax_ratio == 0
-             ? RtStatus::kOk
-             : RtStatus::kBlobBadNumber;
-}
-
 RtStatus lanes(const PieceView& p) noexcept {
   for (std::uint32_t v = 0; v < p.lane_count; ++v) {
     const Real* vertex = p.vertices + 3 * std::size_t{v < p.vertex_count ? v : 0};

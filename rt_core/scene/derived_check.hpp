@@ -17,15 +17,6 @@ inline constexpr double kApexSlack = 1.0e-9;
 /// The lanes are the vertices, bit for bit; the padding repeats vertex 0. Cost: O(V).
 [[nodiscard]] RtStatus lanes(const PieceView& p) noexcept;
 
-/// The same of a moving part that never turns: the lanes are the vertices turned by the middle of
-/// `envelope`, within rounding; the padding repeats vertex 0. `scale` is the largest coordinate
-/// [m].
-[[nodiscard]] RtStatus turned_lanes(const PieceView& p, double scale,
-                                    const EnvelopeParameters& envelope) noexcept;
-
-/// Reach of a piece where the part never turns; relaxations are zero then. Cost: O(V).
-[[nodiscard]] RtStatus fixed_bounds(const PieceView& p, double scale) noexcept;
-
 /// Every arc is that of its edge within rounding: orthonormal, orthogonal to the edge, ends where
 /// the adjoining face rises by `epsilon_m` over a plane through the edge; full where one cannot.
 /// `scale` is the largest coordinate [m]. Cost: O(E).

@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <span>
 
-#include "rt_core/scene/fixed_planes.hpp"
 #include "rt_core/scene/scene_format.hpp"
 
 namespace haptic {
@@ -31,12 +30,11 @@ constexpr bool has_facets(std::span<const PieceRecord> pieces) noexcept {
 }
 
 /// Whether kPairs lists the pairs of a scene; else there is one of every piece of A with every
-/// other one, in the order of the pieces. `facets`: some piece is one; such a scene has neither a
-/// search at the goal nor one orientation alone.
+/// other one, in the order of the pieces. `facets`: some piece is one; such a scene has no search
+/// at the goal.
 constexpr bool lists_pairs(const SceneParameters& p, std::uint64_t pieces_a, std::uint64_t pieces_b,
                            bool facets) noexcept {
-  return !facets && (pieces_a * pieces_b <= kMostListedPairs || has_goal_contact(p) ||
-                     is_one_orientation(p.envelope));
+  return !facets && (pieces_a * pieces_b <= kMostListedPairs || has_goal_contact(p));
 }
 
 /// The record of a pair that is not listed. Its graph is not stored, its degree not counted, and

@@ -91,8 +91,7 @@ struct NodeMarks {
   PieceMarks a{}, b{};  ///< of the pieces of a pair that is not listed
 
   [[nodiscard]] constexpr bool given() const noexcept {
-    return kSceneTraits.free_orientation &&  // a pair of fixed planes has none
-           (words != nullptr || a.words != nullptr || b.words != nullptr);
+    return (words != nullptr || a.words != nullptr || b.words != nullptr);
   }
   [[nodiscard]] constexpr bool node(NodeScope scope, std::uint32_t number) const noexcept {
     if (!given()) return true;

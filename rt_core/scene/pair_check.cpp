@@ -146,17 +146,13 @@ RtStatus SceneView::check_pairs(SceneFault& fault) const noexcept {
   }
   fault = {SectionId::kPairs, 0};
   if (pairs_.empty()) return RtStatus::kBlobBadCount;
-  std::uint64_t stored_nodes = 0, mark_words = 0, planes = 0, fixed_nodes = 0;
+  std::uint64_t stored_nodes = 0, mark_words = 0;
   for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
     fault.index = i;
-    RtStatus status = RtStatus::kOk;
-    if (is_fixed()) status = check_fixed_pair(i, planes, fixed_nodes);
-    if (status == RtStatus::kOk) status = check_pair(i, stored_nodes, mark_words);
+    const RtStatus status = check_pair(i, stored_nodes, mark_words);
     if (status != RtStatus::kOk) return status;
   }
-  return planes == fixed_planes_.size() && fixed_nodes == fixed_nodes_.size()
-             ? RtStatus::kOk
-             : RtStatus::kBlobBadCount;
+  return RtStatus::kOk;
 }
 
 /// The pieces have all that a pair is formed from; of their marks each follows the one before, and
@@ -195,8 +191,6 @@ RtStatus SceneView::check_pair(std::uint32_t index, std::uint64_t& stored_nodes,
   const NodeNumbering n = numbering(a, b);
   if (r.node_count != n.count() || r.node_count_a != n.count_a() || r.node_count_b != n.count_b())
     return RtStatus::kBlobBadCount;
-  if (is_fixed() && (r.mark_begin != kNotMarked || r.node_begin != kGraphNotStored))
-    return RtStatus::kBlobBadCount;
   if (r.mark_begin != kNotMarked) {
     // The lists of a stored graph are those of all nodes.
     if (r.mark_begin != mark_words || r.node_begin != kGraphNotStored)
@@ -215,7 +209,7 @@ RtStatus SceneView::check_pair(std::uint32_t index, std::uint64_t& stored_nodes,
     status = check_graph(pair(index), n, neighbor_count_, neighbors_wide_);
     if (status != RtStatus::kOk) return status;
   }
-  if (index + 1 == pairs_.size() && !is_fixed() &&
+  if (index + 1 == pairs_.size() &&
       (stored_nodes != nodes_.size() || stored_nodes + 1 != neighbor_begin_.size() ||
        neighbor_begin_[static_cast<std::size_t>(stored_nodes)] != neighbor_count_ ||
        mark_words != marks_.size())) {
@@ -225,11 +219,10 @@ RtStatus SceneView::check_pair(std::uint32_t index, std::uint64_t& stored_nodes,
   const LiveCounts reachable = live_counts(marks, NodeScope::kReachable, r, *a.record, *b.record);
   const LiveCounts live = live_counts(marks, NodeScope::kLive, r, *a.record, *b.record);
   const LargestFeatures largest_a = largest_features(a), largest_b = largest_features(b);
-  const bool capacities =
-      r.max_degree == largest_degree(largest_a, largest_b) &&
-      (is_fixed() || (r.near_capacity == near_capacity(static_cast<std::uint32_t>(live.nodes),
-                                                       largest_a.face, largest_b.face) &&
-                      r.edge_pair_capacity == edge_pair_capacity(reachable.edge_pairs)));
+  const bool capacities = r.max_degree == largest_degree(largest_a, largest_b) &&
+                          r.near_capacity == near_capacity(static_cast<std::uint32_t>(live.nodes),
+                                                           largest_a.face, largest_b.face) &&
+                          r.edge_pair_capacity == edge_pair_capacity(reachable.edge_pairs);
   return capacities ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
 }
 
@@ -238,8 +231,8 @@ RtStatus SceneView::check_capacity() const noexcept {
   const PairIndex most_visits = std::max(PairIndex{1}, pair_count());
   if (stated.max_pair_visits < 1 || stated.max_pair_visits > most_visits)
     return RtStatus::kBlobBadCapacity;
-  SceneCapacity needed = scene_capacity(bodies_, pieces_, pairs_, marks_, stated.max_pair_visits,
-                                        parameters(), fixed_pairs_);
+  SceneCapacity needed =
+      scene_capacity(bodies_, pieces_, pairs_, marks_, stated.max_pair_visits, parameters());
   needed.state_bytes = stated.state_bytes;  // HapticCore compares it with what it needs
   return stated == needed ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
 }

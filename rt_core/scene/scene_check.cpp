@@ -464,13 +464,13 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
                     loops_end <= loop_vertices_.size() && loops_end <= loop_edges_.size() &&
                     vertices_end < vertex_edge_begin_.size() &&
                     vertices_end <= source_vertices_.size() && lanes_end <= lanes_.size() &&
-                    (is_fixed() || edges_end <= arcs_.size());
+                    edges_end <= arcs_.size();
   const bool exact =
       vertices_end == vertices_.size() / 3 && faces_end == faces_.size() &&
       edges_end == edges_.size() && edges_end == edge_directions_.size() &&
       loops_end == loop_vertices_.size() && loops_end == loop_edges_.size() &&
       vertices_end + 1 == vertex_edge_begin_.size() && vertices_end == source_vertices_.size() &&
-      lanes_end == lanes_.size() && (is_fixed() || edges_end == arcs_.size()) &&
+      lanes_end == lanes_.size() && edges_end == arcs_.size() &&
       vertex_edge_begin_[static_cast<std::size_t>(vertices_end)] == vertex_edges_.size();
   if (!fits || (last && !exact)) return RtStatus::kBlobBadCount;
   const PieceView p = piece(index);
@@ -503,11 +503,6 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
   if (status != RtStatus::kOk) return status;
   status = check_measures(p, scale);
   if (status != RtStatus::kOk) return status;
-  if (is_fixed()) {
-    status =
-        p.lanes_turned ? check::turned_lanes(p, scale, parameters_->envelope) : check::lanes(p);
-    return status == RtStatus::kOk ? check::fixed_bounds(p, scale) : status;
-  }
   status = check::lanes(p);
   if (status != RtStatus::kOk) return status;
   status = check::arcs(p, scale, parameters_->epsilon_m);

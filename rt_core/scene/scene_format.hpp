@@ -17,7 +17,7 @@
 namespace haptic {
 
 inline constexpr char kSceneMagic[8] = {'R', 'T', 'S', 'C', 'E', 'N', 'E', '\0'};
-inline constexpr std::uint32_t kSceneVersion = 11;
+inline constexpr std::uint32_t kSceneVersion = 12;
 inline constexpr std::size_t kSceneAlignment = 64;
 
 /// Limits of the format; the compiler refuses beyond them and SceneView checks them.
@@ -49,14 +49,11 @@ enum class SectionId : std::uint32_t {
   kVertexLanes = 19,      ///< Real, by piece: all x, all y, all z of its vertices, each padded
   kEdgeArcs = 20,         ///< EdgeArc, by edge
   kNodeMarks = 21,        ///< u64, by pair or piece that has marks (scene/node_marks.hpp)
-  kFixedPairs = 22,       ///< FixedPairRecord, by pair; of a part that never turns
-  kFixedPlanes = 23,      ///< FixedPlane, by pair (scene/fixed_planes.hpp)
-  kFixedNodes = 24,       ///< FixedNode, by pair
-  kSimplified = 25,       ///< SimplifiedBody, by body; only where a simplification changed one
-  kConeRanges = 26,       ///< ConeRange, by flat piece: of its vertices, then of its edges
-  kConeDirections = 27,   ///< Real[3], unit, geometry frame of the body
-  kGuide = 28,            ///< GuideRecord, one; only where the scene leads the hand along a plan
-  kGuideStations = 29     ///< GuideStation, from the start to the goal; with kGuide alone
+  kSimplified = 22,       ///< SimplifiedBody, by body; only where a simplification changed one
+  kConeRanges = 23,       ///< ConeRange, by flat piece: of its vertices, then of its edges
+  kConeDirections = 24,   ///< Real[3], unit, geometry frame of the body
+  kGuide = 25,            ///< GuideRecord, one; only where the scene leads the hand along a plan
+  kGuideStations = 26     ///< GuideStation, from the start to the goal; with kGuide alone
 };
 
 /// Vertices of a piece in kVertexLanes come in a multiple of this; the rest repeats vertex 0.
@@ -151,7 +148,7 @@ inline constexpr double kMaxFriction = 2.0;
 inline constexpr double kMaxHeldMass_kg = 1.0e6;
 inline constexpr double kMaxGravity_m_per_s2 = 1.0e4;
 
-enum class LawId : std::uint32_t { kPaper = 1, kWeightedRegion = 2, kProxy = 3 };
+enum class LawId : std::uint32_t { kPaper = 1, kProxy = 2 };
 
 /// Properties of the haptic device, as they act at its handle; SI units. A value of 0 in a limit
 /// means "not given".
@@ -204,6 +201,11 @@ struct EnvelopeParameters {
   std::uint32_t reserved;
 };
 
+/// Whether the envelope is one orientation: the part never turns.
+[[nodiscard]] constexpr bool is_one_orientation(const EnvelopeParameters& e) noexcept {
+  return (e.given & kOrientationGiven) != 0 && e.max_angle_rad == 0;
+}
+
 /// The mass that the hand is to feel in the moving part; all zero: none.
 struct HeldPartParameters {
   double mass_kg;              ///< >= 0
@@ -217,7 +219,6 @@ struct SceneParameters {
   std::uint32_t motion_limits_given;  ///< 1 when the scene has a [motion_limits] table
   double k_f_n_per_m;                 ///< paper's k_F
   double epsilon_m;                   ///< paper's epsilon: width of the near set
-  double epsilon_o_m;   ///< weighted law: distance outside its features at which a contact ends
   double exact_band_m;  ///< separations beyond this may be answered by a held plane, flagged
   double rate_hz;
   double start_p_wa_m[3];  ///< start pose of A's mesh frame in W
@@ -445,7 +446,7 @@ static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 112 &&
               sizeof(SceneHeader) == 160);
 static_assert(sizeof(DeviceParameters) == 168 && sizeof(CouplingParameters) == 112 &&
               sizeof(EnvelopeParameters) == 96 && sizeof(HeldPartParameters) == 104 &&
-              sizeof(SceneParameters) == 616);
+              sizeof(SceneParameters) == 608);
 static_assert(sizeof(GuideRecord) == 64 && sizeof(GuideStation) == 16 * sizeof(Real) + 8);
 static_assert(sizeof(BodyRecord) == 72 && sizeof(PieceRecord) == 120 && sizeof(FaceRecord) == 20 &&
               sizeof(SimplifiedBody) == 24);

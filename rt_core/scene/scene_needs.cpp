@@ -14,7 +14,6 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
   needs.image = true;
   needs.content_hash = scene.header().content_hash;
   needs.paper = p.law == LawId::kPaper;
-  needs.weighted_region = p.law == LawId::kWeightedRegion;
   needs.proxy = p.law == LawId::kProxy;
   needs.friction = false;
   for (const BodyRecord& body : scene.bodies()) {
@@ -28,8 +27,7 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
         static_cast<std::uint32_t>(basic_contacts(largest_counts(scene.pieces().first(moving)),
                                                   largest_counts(scene.pieces().subspan(moving))));
   }
-  needs.fixed_orientation = is_one_orientation(p.envelope);
-  needs.free_orientation = !needs.fixed_orientation;
+  needs.free_orientation = !is_one_orientation(p.envelope);
   needs.facets = has_facets(scene.pieces());
   const bool screened = is_screened(scene.pieces(), scene.bodies()[0].piece_count);
   needs.many_pairs =
@@ -50,11 +48,10 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
 bool covers(const SceneTraits& compiled, const SceneTraits& needed) noexcept {
   if (compiled.image && compiled.content_hash != needed.content_hash) return false;
   for (const auto feature :
-       {&SceneTraits::paper, &SceneTraits::weighted_region, &SceneTraits::proxy,
-        &SceneTraits::friction, &SceneTraits::fixed_orientation, &SceneTraits::free_orientation,
-        &SceneTraits::facets, &SceneTraits::many_pairs, &SceneTraits::goal_contact,
-        &SceneTraits::device, &SceneTraits::guide, &SceneTraits::contact_geometry,
-        &SceneTraits::table_checks}) {
+       {&SceneTraits::paper, &SceneTraits::proxy, &SceneTraits::friction,
+        &SceneTraits::free_orientation, &SceneTraits::facets, &SceneTraits::many_pairs,
+        &SceneTraits::goal_contact, &SceneTraits::device, &SceneTraits::guide,
+        &SceneTraits::contact_geometry, &SceneTraits::table_checks}) {
     if (needed.*feature && !(compiled.*feature)) return false;
   }
   return compiled.qp_rows >= needed.qp_rows && compiled.valid_visits >= needed.valid_visits;

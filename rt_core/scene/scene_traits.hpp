@@ -20,12 +20,10 @@ struct SceneTraits {
   std::uint64_t content_hash = 0;
 
   // Laws.
-  bool paper = true, weighted_region = true, proxy = true;
+  bool paper = true, proxy = true;
   bool friction = true;  ///< law proxy: a static body rubs
 
-  // Orientations.
-  bool fixed_orientation = true;  ///< a part that never turns (scene/fixed_planes.hpp)
-  bool free_orientation = true;   ///< one that does
+  bool free_orientation = true;  ///< the part turns; without it the program has no columns for it
 
   bool facets = true;  ///< a piece may be a facet of a surface
 
@@ -45,19 +43,15 @@ struct SceneTraits {
   std::uint32_t qp_rows = kMaxFrictionRows;      ///< of one quadratic program of the proxy
   std::uint32_t valid_visits = kMaxValidVisits;  ///< nodes of one search for valid planes
 
-  /// Whether a part that `never_turns`, or not, is taken for one; known to the compiler where only
-  /// one of the two is compiled.
-  [[nodiscard]] constexpr bool is_fixed(bool never_turns) const noexcept {
-    return fixed_orientation && (!free_orientation || never_turns);
+  /// Whether the rotation is locked; known to the compiler where no part turns.
+  [[nodiscard]] constexpr bool is_locked(bool locked) const noexcept {
+    return !free_orientation || locked;
   }
 
   /// Whether a scene of law `law` has law `id`; known to the compiler where no other is compiled.
   [[nodiscard]] constexpr bool is_law(LawId law, LawId id) const noexcept {
-    const bool compiled = id == LawId::kPaper   ? paper
-                          : id == LawId::kProxy ? proxy
-                                                : weighted_region;
-    const int laws = (paper ? 1 : 0) + (weighted_region ? 1 : 0) + (proxy ? 1 : 0);
-    return compiled && (laws == 1 || law == id);
+    const bool compiled = id == LawId::kPaper ? paper : proxy;
+    return compiled && (paper != proxy || law == id);
   }
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "rt_core/scene/laws.hpp"
 #include "rt_core/scene/scene_check.hpp"
 #include "rt_core/scene/scene_needs.hpp"
 
@@ -40,21 +41,13 @@ constexpr KnownSection kKnown[] = {
     {SectionId::kVertexLanes, sizeof(Real)},
     {SectionId::kEdgeArcs, sizeof(EdgeArc)},
     {SectionId::kNodeMarks, sizeof(std::uint64_t)},
-    {SectionId::kFixedPairs, sizeof(FixedPairRecord)},
-    {SectionId::kFixedPlanes, sizeof(FixedPlane)},
-    {SectionId::kFixedNodes, sizeof(FixedNode)},
     {SectionId::kSimplified, sizeof(SimplifiedBody)},
     {SectionId::kConeRanges, sizeof(ConeRange)},
     {SectionId::kConeDirections, 3 * sizeof(Real)},
     {SectionId::kGuide, sizeof(GuideRecord)},
     {SectionId::kGuideStations, sizeof(GuideStation)},
 };
-/// What a scene has in addition to the tables that every scene has: those of a part that turns, of
-/// one that never does, and of surfaces.
-constexpr SectionId kOfTurning[] = {SectionId::kNodes, SectionId::kNeighborBegin,
-                                    SectionId::kNeighbors, SectionId::kEdgeArcs};
-constexpr SectionId kOfFixed[] = {SectionId::kFixedPairs, SectionId::kFixedPlanes,
-                                  SectionId::kFixedNodes};
+/// What a scene of surfaces has in addition to the tables that every scene has.
 constexpr SectionId kOfFacets[] = {SectionId::kConeRanges, SectionId::kConeDirections};
 constexpr bool is_among(std::span<const SectionId> ids, SectionId id) noexcept {
   return std::find(ids.begin(), ids.end(), id) != ids.end();
@@ -62,8 +55,7 @@ constexpr bool is_among(std::span<const SectionId> ids, SectionId id) noexcept {
 /// Sections that some scene does without.
 constexpr bool is_optional(SectionId id) noexcept {
   return id == SectionId::kNodeMarks || id == SectionId::kSimplified || id == SectionId::kGuide ||
-         id == SectionId::kGuideStations || is_among(kOfTurning, id) || is_among(kOfFixed, id) ||
-         is_among(kOfFacets, id);
+         id == SectionId::kGuideStations || is_among(kOfFacets, id);
 }
 constexpr std::uint32_t bit_of(SectionId id) noexcept {
   return 1u << static_cast<std::uint32_t>(id);
@@ -187,25 +179,20 @@ RtStatus SceneView::bind(std::span<const std::byte> blob) noexcept {
   vertex_edge_begin_ = table<std::uint32_t>(blob, *found[10]);
   vertex_edges_ = table<std::uint16_t>(blob, *found[11]);
   pairs_ = table<PairRecord>(blob, *found[12]);
-  if (found[13] != nullptr) nodes_ = table<NodeRecord>(blob, *found[13]);
-  if (found[14] != nullptr) neighbor_begin_ = table<std::uint32_t>(blob, *found[14]);
-  if (found[15] != nullptr) {
-    neighbors_ = section_bytes(blob, *found[15]);
-    neighbor_count_ = found[15]->count;
-    neighbors_wide_ = found[15]->element_bytes == sizeof(std::uint32_t);
-  }
+  nodes_ = table<NodeRecord>(blob, *found[13]);
+  neighbor_begin_ = table<std::uint32_t>(blob, *found[14]);
+  neighbors_ = section_bytes(blob, *found[15]);
+  neighbor_count_ = found[15]->count;
+  neighbors_wide_ = found[15]->element_bytes == sizeof(std::uint32_t);
   source_vertices_ = table<std::int32_t>(blob, *found[16]);
   text_ = section_bytes(blob, *found[17]);
   lanes_ = table<Real>(blob, *found[18]);
-  if (found[19] != nullptr) arcs_ = table<EdgeArc>(blob, *found[19]);
+  arcs_ = table<EdgeArc>(blob, *found[19]);
   if (found[20] != nullptr) marks_ = table<std::uint64_t>(blob, *found[20]);
-  if (found[21] != nullptr) fixed_pairs_ = table<FixedPairRecord>(blob, *found[21]);
-  if (found[22] != nullptr) fixed_planes_ = table<FixedPlane>(blob, *found[22]);
-  if (found[23] != nullptr) fixed_nodes_ = table<FixedNode>(blob, *found[23]);
-  if (found[25] != nullptr) cone_ranges_ = table<ConeRange>(blob, *found[25]);
-  if (found[26] != nullptr) {
-    cone_directions_ = {reinterpret_cast<const Real*>(blob.data() + found[26]->offset),
-                        static_cast<std::size_t>(3 * found[26]->count)};
+  if (found[22] != nullptr) cone_ranges_ = table<ConeRange>(blob, *found[22]);
+  if (found[23] != nullptr) {
+    cone_directions_ = {reinterpret_cast<const Real*>(blob.data() + found[23]->offset),
+                        static_cast<std::size_t>(3 * found[23]->count)};
   }
   facets_ = haptic::has_facets(pieces_);
   return RtStatus::kOk;
@@ -271,26 +258,14 @@ RtStatus SceneView::check_tables(SceneFault& fault) const noexcept {
   return check_capacity();
 }
 
-/// A scene has the tables of a part that turns or those of one that never does, not both.
+/// A scene has the tables of surfaces where a piece is a facet, and only there.
 RtStatus SceneView::check_sections() const noexcept {
-  const bool fixed = is_fixed();
-  for (const SectionId id : kOfTurning) {
-    if (((found_sections_ & bit_of(id)) != 0) == fixed)
-      return fixed ? RtStatus::kBlobBadSectionTable : RtStatus::kBlobMissingSection;
-  }
-  for (const SectionId id : kOfFixed) {
-    if (((found_sections_ & bit_of(id)) != 0) != fixed)
-      return fixed ? RtStatus::kBlobMissingSection : RtStatus::kBlobBadSectionTable;
-  }
-  if (fixed && (found_sections_ & bit_of(SectionId::kNodeMarks)) != 0)
-    return RtStatus::kBlobBadSectionTable;
   for (const SectionId id : kOfFacets) {
     if (((found_sections_ & bit_of(id)) != 0) != facets_)
       return facets_ ? RtStatus::kBlobMissingSection : RtStatus::kBlobBadSectionTable;
   }
-  // No depth and no inside, and planes that are formed as they are met.
-  if (facets_ && (fixed || has_goal_contact(*parameters_))) return RtStatus::kBlobBadNumber;
-  return !fixed || fixed_pairs_.size() == pairs_.size() ? RtStatus::kOk : RtStatus::kBlobBadCount;
+  // No depth and no inside.
+  return facets_ && has_goal_contact(*parameters_) ? RtStatus::kBlobBadNumber : RtStatus::kOk;
 }
 
 std::span<const SimplifiedBody> SceneView::simplified_bodies() const noexcept {
@@ -337,8 +312,7 @@ PieceView SceneView::piece(std::uint32_t index) const noexcept {
   v.edges = edges_.data() + r.edge_begin;
   v.edge_directions = edge_directions_.data() + r.edge_begin;
   v.lanes = lanes_.data() + r.lane_begin;
-  if (!arcs_.empty()) v.arcs = arcs_.data() + r.edge_begin;
-  v.lanes_turned = r.body == 0 && is_fixed();
+  v.arcs = arcs_.data() + r.edge_begin;
   v.vertex_edge_begin = vertex_edge_begin_.data() + r.vertex_begin;
   v.vertex_edges = vertex_edges_.data();
   v.loop_vertices = loop_vertices_.data();
@@ -369,11 +343,6 @@ PairView SceneView::pair(PairIndex index) const noexcept {
   }
   if (r.mark_begin != kNotMarked) {
     v.marks = marks_at(marks_.data() + r.mark_begin, r, *v.a.record, *v.b.record);
-  }
-  if (is_fixed()) {
-    v.fixed = &fixed_pairs_[static_cast<std::size_t>(index)];
-    v.planes = fixed_planes_.data() + v.fixed->plane_begin;
-    v.plane_nodes = fixed_nodes_.data() + v.fixed->node_begin;
   }
   v.graph_stored = r.node_begin != kGraphNotStored;
   if (!v.graph_stored) return v;
@@ -407,8 +376,7 @@ std::string_view SceneView::text(std::uint32_t offset, std::uint32_t bytes) cons
 
 RtStatus SceneView::check_parameters() const noexcept {
   const SceneParameters& p = *parameters_;
-  if (p.law != LawId::kPaper && p.law != LawId::kWeightedRegion && p.law != LawId::kProxy)
-    return RtStatus::kBlobBadNumber;
+  if (find_law(p.law) == nullptr) return RtStatus::kBlobBadNumber;
   if (p.motion_limits_given > 1 || p.goal_contact > 1) return RtStatus::kBlobBadNumber;
   if (p.work_units < kLeastWorkUnits || p.work_units > kMostWorkUnits)
     return RtStatus::kBlobBadNumber;
@@ -416,7 +384,7 @@ RtStatus SceneView::check_parameters() const noexcept {
       p.k_f_n_per_m > kMaxStiffness_n_per_m) {
     return RtStatus::kBlobBadNumber;
   }
-  for (const double x : {p.epsilon_m, p.epsilon_o_m, p.exact_band_m}) {
+  for (const double x : {p.epsilon_m, p.exact_band_m}) {
     if (!check::positive(x) || x > kMaxSceneLength_m) return RtStatus::kBlobBadNumber;
   }
   double q2 = 0.0;

@@ -10,7 +10,6 @@
 #include <string_view>
 
 #include "rt_core/base/status.hpp"
-#include "rt_core/scene/fixed_planes.hpp"
 #include "rt_core/scene/formed_pairs.hpp"
 #include "rt_core/scene/node_marks.hpp"
 #include "rt_core/scene/scene_format.hpp"
@@ -38,7 +37,6 @@ struct PieceView {
   const std::int32_t* source_vertices = nullptr;
   std::uint32_t vertex_count = 0, face_count = 0, edge_count = 0;
   std::uint32_t lane_count = 0;  ///< vertex_count rounded up to a multiple of kLanePadding
-  bool lanes_turned = false;     ///< the lanes are in W axes though the piece is of the moving part
   /// Of a flat piece: of its vertices, then of its edges; else null.
   const ConeRange* cones = nullptr;
   const Real* cone_directions = nullptr;  ///< whole table
@@ -56,9 +54,7 @@ struct PieceView {
     return {vertex_edges + vertex_edge_begin[v], vertex_edge_begin[v + 1] - vertex_edge_begin[v]};
   }
   /// A facet of a surface.
-  [[nodiscard]] bool is_facet() const noexcept {
-    return kSceneTraits.facets && kSceneTraits.free_orientation && cones != nullptr;
-  }
+  [[nodiscard]] bool is_facet() const noexcept { return kSceneTraits.facets && cones != nullptr; }
   /// Calls `visit(unit direction)` for what the surface goes on along from vertex `v`, or from edge
   /// `e`, of a facet, until it returns false. @return whether it never has.
   template <typename Visit>
@@ -131,23 +127,16 @@ struct PairView {
   PairRecord record{};
   PieceView a, b;
   bool graph_stored = false;
-  const NodeRecord* nodes = nullptr;       ///< null when not stored
-  NeighborLists neighbors;                 ///< empty when not stored
-  NodeMarks marks;                         ///< not given: every node is live
-  const FixedPairRecord* fixed = nullptr;  ///< of a part that never turns, else null
-  const FixedPlane* planes = nullptr;      ///< of the pair; null without `fixed`
-  const FixedNode* plane_nodes = nullptr;
+  const NodeRecord* nodes = nullptr;  ///< null when not stored
+  NeighborLists neighbors;            ///< empty when not stored
+  NodeMarks marks;                    ///< not given: every node is live
   /// Gap that is held between the two, so that a facet, which has no thickness, has two sides [m];
   /// law proxy alone sets it.
   Real skin_m = 0;
 
   /// One of the two is a facet.
   [[nodiscard]] bool has_facet() const noexcept { return a.is_facet() || b.is_facet(); }
-  [[nodiscard]] bool has_lists() const noexcept {
-    return kSceneTraits.free_orientation && graph_stored;
-  }
-  /// Whether the C-obstacle is a stored list of planes.
-  [[nodiscard]] bool is_fixed() const noexcept { return kSceneTraits.is_fixed(fixed != nullptr); }
+  [[nodiscard]] bool has_lists() const noexcept { return graph_stored; }
 };
 
 /// Where SceneView::open found a blob at fault, for people who look for the damage. Holds for a
@@ -186,10 +175,7 @@ class SceneView {
     return haptic::lists_pairs(*parameters_, bodies_[0].piece_count, static_pieces(), facets_);
   }
   /// Some piece is a facet of a surface.
-  [[nodiscard]] bool has_facets() const noexcept {
-    return kSceneTraits.facets && kSceneTraits.free_orientation &&
-           facets_;  // beside a part that never turns there is none
-  }
+  [[nodiscard]] bool has_facets() const noexcept { return kSceneTraits.facets && facets_; }
   /// All of them, listed or not.
   [[nodiscard]] PairIndex pair_count() const noexcept {
     return lists_pairs() ? pairs_.size() : PairIndex{bodies_[0].piece_count} * static_pieces();
@@ -204,13 +190,9 @@ class SceneView {
   [[nodiscard]] std::span<const std::uint64_t> marks() const noexcept { return marks_; }
   [[nodiscard]] std::span<const SectionEntry> sections() const noexcept { return sections_; }
   [[nodiscard]] std::span<const std::byte> blob() const noexcept { return blob_; }
-  /// The part has one orientation, that of parameters().envelope.
-  [[nodiscard]] bool is_fixed() const noexcept {
-    return kSceneTraits.is_fixed(is_one_orientation(parameters_->envelope));
-  }
-  /// By pair; empty unless is_fixed().
-  [[nodiscard]] std::span<const FixedPairRecord> fixed_pairs() const noexcept {
-    return fixed_pairs_;
+  /// The part never turns: its one orientation is that of parameters().envelope.
+  [[nodiscard]] bool is_locked() const noexcept {
+    return kSceneTraits.is_locked(is_one_orientation(parameters_->envelope));
   }
   /// Stored neighbors have 32 bits, else 16.
   [[nodiscard]] bool neighbors_wide() const noexcept { return neighbors_wide_; }
@@ -241,9 +223,6 @@ class SceneView {
   [[nodiscard]] RtStatus check_sections() const noexcept;
   /// @param ranges  of all pieces before; grow by those of this.
   [[nodiscard]] RtStatus check_cones(std::uint32_t index, std::uint64_t& ranges) const noexcept;
-  /// @param planes, nodes  of all pairs before; grow by those of this.
-  [[nodiscard]] RtStatus check_fixed_pair(std::uint32_t index, std::uint64_t& planes,
-                                          std::uint64_t& nodes) const noexcept;
   [[nodiscard]] RtStatus check_place(std::uint32_t index) const noexcept;
   [[nodiscard]] RtStatus check_capacity() const noexcept;
 
@@ -273,10 +252,7 @@ class SceneView {
   std::span<const ConeRange> cone_ranges_;
   std::span<const Real> cone_directions_;  ///< 3 per direction
   bool facets_ = false;                    ///< some piece is one
-  std::span<const FixedPairRecord> fixed_pairs_;
-  std::span<const FixedPlane> fixed_planes_;
-  std::span<const FixedNode> fixed_nodes_;
-  std::uint32_t found_sections_ = 0;  ///< bit of each SectionId that the blob has
+  std::uint32_t found_sections_ = 0;       ///< bit of each SectionId that the blob has
   std::span<const std::int32_t> source_vertices_;
   std::span<const std::byte> text_;
 };

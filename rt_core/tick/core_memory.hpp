@@ -36,11 +36,11 @@ struct CoreMemory {
   GoalStage goal;
   GoalContactStage goal_contact;
   FreeMotion free_motion;      ///< law kProxy only
-  DirectWrench direct_wrench;  ///< the other laws
+  DirectWrench direct_wrench;  ///< law kPaper only
   OutputStage output;
   GuideStage* guide = nullptr;  ///< law kProxy, of a scene with a guide; else null
 
-  LawId law = LawId::kWeightedRegion;
+  LawId law = LawId::kProxy;
   PairIndex pair_count = 0;    ///< of the scene
   bool searches_goal = false;  ///< the scene has what a search at the goal needs
   std::span<PairView> pairs;   ///< all of them where it has; else none

@@ -16,23 +16,14 @@ constexpr Real kSamePlaneChord = HAPTIC_REAL_IS_FLOAT ? 1.0e-3_r : 1.0e-6_r;
 
 void DirectWrench::place(Arena& arena, const SceneView& scene) noexcept {
   const SceneCapacity& c = scene.header().capacity;
-  const LawId law = scene.parameters().law;
-  if (kSceneTraits.is_law(law, LawId::kProxy)) return;
+  if (!kSceneTraits.is_law(scene.parameters().law, LawId::kPaper)) return;
   joined_ = arena.take<bool>(c.pair_count);
   const std::size_t near_nodes = std::size_t{c.max_near_nodes} + c.pair_count;
-  if (kSceneTraits.is_law(law, LawId::kPaper)) {
-    points_ = BoundedList<Vec3>(arena.take<Vec3>(near_nodes));
-  } else {
-    contacts_ = BoundedList<WeightedContact>(arena.take<WeightedContact>(near_nodes));
-  }
+  points_ = BoundedList<Vec3>(arena.take<Vec3>(near_nodes));
 }
 
 void DirectWrench::read_scene(const SceneView& scene, bool has_seams) noexcept {
-  const SceneParameters& p = scene.parameters();
-  law_ = p.law;
-  k_f_n_per_m_ = static_cast<Real>(p.k_f_n_per_m);
-  epsilon_m_ = static_cast<Real>(p.epsilon_m);
-  epsilon_o_m_ = static_cast<Real>(p.epsilon_o_m);
+  k_f_n_per_m_ = static_cast<Real>(scene.parameters().k_f_n_per_m);
   has_seams_ = has_seams;
 }
 
@@ -48,21 +39,6 @@ bool DirectWrench::joins(const ContactPatch& patch, const ContactPatch& leader) 
          std::abs(patch.d_near_m - leader.d_near_m) <= patch.merge_distance_m;
 }
 
-/// Weight of a near node in a contact of this depth.
-Real DirectWrench::weight_of(const NearNode& node, Real d_near_m) const noexcept {
-  const Real weight = contact_weight(node.f_m, d_near_m, node.violation_m, node.outside_m,
-                                     epsilon_m_, epsilon_o_m_);
-  if (node.rise_m <= (kMaxRise - 1) * epsilon_m_) return weight;
-  return weight * (kMaxRise - node.rise_m / epsilon_m_);
-}
-
-void DirectWrench::add_nodes(std::span<const NearNode> nodes, Real d_near_m) noexcept {
-  for (const NearNode& node : nodes) {
-    const Real weight = weight_of(node, d_near_m);
-    if (weight > 0) static_cast<void>(contacts_.push({node.normal_w, node.app_w, weight}));
-  }
-}
-
 void DirectWrench::add_points(std::span<const Vec3> points, Real merge_distance_m) noexcept {
   for (const Vec3& p : points) {
     bool known = false;
@@ -73,8 +49,8 @@ void DirectWrench::add_points(std::span<const Vec3> points, Real merge_distance_
   }
 }
 
-/// The contact that patch `first` leads, with those that join it, as deep as the deepest; its nodes
-/// or points stand in the lists.
+/// The contact that patch `first` leads, with those that join it, as deep as the deepest; its
+/// points stand in the list.
 ContactPatch DirectWrench::gather(const ContactSet& set, std::uint32_t first) noexcept {
   const std::span<const ContactPatch> patches = set.patches;
   ContactPatch contact = patches[first];
@@ -87,15 +63,10 @@ ContactPatch DirectWrench::gather(const ContactSet& set, std::uint32_t first) no
   for_each_joined(
       [&](std::uint32_t j) { contact.d_near_m = std::min(contact.d_near_m, patches[j].d_near_m); });
   points_.clear();
-  contacts_.clear();
   for_each_joined([&](std::uint32_t j) {
     const ContactPatch& patch = patches[j];
     joined_[j] = true;
-    if (is_paper()) {
-      add_points(set.points.subspan(patch.point_begin, patch.point_count), patch.merge_distance_m);
-    } else {
-      add_nodes(set.near.subspan(patch.near_begin, patch.near_count), contact.d_near_m);
-    }
+    add_points(set.points.subspan(patch.point_begin, patch.point_count), patch.merge_distance_m);
   });
   return contact;
 }
@@ -107,21 +78,8 @@ DirectForce DirectWrench::of(const ContactSet& set, const HullScratch& hull) noe
   for (std::uint32_t i = 0; i < count; ++i) {
     if (joined_[i]) continue;
     const ContactPatch contact = gather(set, i);
-    Wrench wrench;
-    if (is_paper()) {
-      wrench = paper_wrench(contact, points_.view(), k_f_n_per_m_, contact.size_m, hull);
-    } else {
-      wrench = weighted_region_wrench(contacts_.view(), contact.d_near_m, k_f_n_per_m_,
-                                      contact.size_m, hull);
-      if (has_seams_) {
-        // Past the end of what its piece has of a feature it fades: another piece touches there.
-        Real largest = 0;
-        for (const WeightedContact& c : contacts_) largest = std::max(largest, c.weight);
-        wrench.force_w *= largest;
-        wrench.torque_w *= largest;
-      }
-    }
-    total.hull_points = std::max({total.hull_points, points_.size(), contacts_.size()});
+    const Wrench wrench = paper_wrench(contact, points_.view(), k_f_n_per_m_, contact.size_m, hull);
+    total.hull_points = std::max(total.hull_points, points_.size());
     total.wrench_w.force_w += wrench.force_w;
     total.wrench_w.torque_w += wrench.torque_w;
   }

@@ -49,7 +49,7 @@ void FreeMotion::read_scene(const SceneView& scene) noexcept {
   parameters.radius_m = radius_m_;
   parameters.epsilon_m = epsilon_m_;
   parameters.envelope = envelope_of(p);
-  parameters.never_turns = kSceneTraits.is_fixed(scene.is_fixed());
+  parameters.locked = scene.is_locked();
   proxy_.configure(parameters);
 }
 

@@ -44,8 +44,8 @@ void GoalStage::read_scene(const SceneView& scene) noexcept {
   grip_a_ = point_of(scene.bodies()[0].reference_m);
   holds_ = kSceneTraits.is_law(p.law, LawId::kProxy);
   envelope_ = envelope_of(p);
-  never_turns_ = scene.is_fixed();
-  if (is_fixed()) fixed_r_wa_ = envelope_.q_wa.toRotationMatrix();
+  locked_ = scene.is_locked();
+  if (is_locked()) locked_r_wa_ = envelope_.q_wa.toRotationMatrix();
   anchor_rad_ = std::max(kAnchorTurn_rad, static_cast<Real>(p.coupling.max_rotation_error_rad));
   turn_back_rad_ = kTurnBack_rad_per_s / static_cast<Real>(p.rate_hz);
 }
@@ -58,9 +58,9 @@ void GoalStage::reset() noexcept {
 
 GripPose GoalStage::device_grip(const Pose& pose_wa) const noexcept {
   GripPose device;
-  if (is_fixed()) {
+  if (is_locked()) {
     device.q_wa = envelope_.q_wa;
-    device.r_wa = fixed_r_wa_;
+    device.r_wa = locked_r_wa_;
   } else {
     device.q_wa = pose_wa.q_wa.normalized();
     device.r_wa = device.q_wa.toRotationMatrix();
@@ -74,7 +74,7 @@ GoalStage::Offset GoalStage::offset_between(const GripPose& device,
                                             const GripPose& goal) const noexcept {
   Offset offset = offset_;
   offset.translation_m = goal.x0_w - device.x0_w;
-  if (!is_fixed()) {
+  if (!is_locked()) {
     offset.rotation =
         (offset_.anchor.conjugate() * goal.q_wa * device.q_wa.conjugate()).normalized();
   }
@@ -86,7 +86,7 @@ GripPose GoalStage::offset_goal(const GripPose& device) const noexcept {
   GripPose goal = device;
   if (offset_.is_zero) return goal;
   goal.x0_w += offset_.translation_m;
-  if (!is_fixed()) {
+  if (!is_locked()) {
     goal.q_wa = (offset_.anchor * offset_.rotation * device.q_wa).normalized();
     goal.r_wa = goal.q_wa.toRotationMatrix();
   }
@@ -114,8 +114,8 @@ std::uint32_t GoalStage::outside_of(const GripPose& goal) noexcept {
   const bool place = envelope_.limits_place();
   const bool turn = envelope_.limits_turn();
   if (!place && !turn) return 0;
-  return is_fixed() ? watch_.update_place(envelope_, goal.x0_w)
-                    : watch_.update(envelope_, goal.x0_w, goal.q_wa);
+  return is_locked() ? watch_.update_place(envelope_, goal.x0_w)
+                     : watch_.update(envelope_, goal.x0_w, goal.q_wa);
 }
 
 /// Holds the goal of law kProxy inside the envelope; the other laws measure at the pose itself.
@@ -124,7 +124,7 @@ bool GoalStage::hold(GripPose& goal) const noexcept {
   const bool place = envelope_.limits_place();
   const bool turn = envelope_.limits_turn();
   if (!holds_ || (!place && !turn)) return false;
-  return is_fixed() ? hold_place(envelope_, goal) : hold_inside(envelope_, goal);
+  return is_locked() ? hold_place(envelope_, goal) : hold_inside(envelope_, goal);
 }
 
 /// The wrench is ramped out until reset: nothing has to be followed for it. Where the device asks
@@ -153,7 +153,7 @@ Goal GoalStage::update(const Pose& pose_wa, bool clutched, const GripPose* felt,
     if (at_rest) turn_back();
     goal.grip = offset_goal(goal.device);
     const Quat asked = goal.grip.q_wa;
-    if (felt != nullptr && !is_fixed() && limit_turn(anchor_rad_, *felt, goal.grip)) {
+    if (felt != nullptr && !is_locked() && limit_turn(anchor_rad_, *felt, goal.grip)) {
       offset_.anchor = (goal.grip.q_wa * asked.conjugate() * offset_.anchor).normalized();
       offset_.is_zero = false;
       goal.flags |= kFlagSaturated;
@@ -171,7 +171,7 @@ Goal GoalStage::update(const Pose& pose_wa, bool clutched, const GripPose* felt,
   if (holds_ && left_) frozen_ = goal.grip;
   const bool as_given = offset_.is_zero && !offset_.clutched && !held;
   goal.pose_wa = as_given ? pose_wa : mesh_pose(goal.grip);
-  if (as_given && is_fixed()) goal.pose_wa.q_wa = goal.grip.q_wa;
+  if (as_given && is_locked()) goal.pose_wa.q_wa = goal.grip.q_wa;
   return goal;
 }
 

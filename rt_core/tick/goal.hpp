@@ -51,7 +51,7 @@ class GoalStage {
     bool clutched = false;
   };
 
-  [[nodiscard]] bool is_fixed() const noexcept { return kSceneTraits.is_fixed(never_turns_); }
+  [[nodiscard]] bool is_locked() const noexcept { return kSceneTraits.is_locked(locked_); }
   [[nodiscard]] GripPose device_grip(const Pose& pose_wa) const noexcept;
   [[nodiscard]] Offset offset_between(const GripPose& device, const GripPose& goal) const noexcept;
   [[nodiscard]] GripPose offset_goal(const GripPose& device) const noexcept;
@@ -62,8 +62,8 @@ class GoalStage {
 
   Vec3 grip_a_ = Vec3::Zero();  ///< grip point in A's mesh frame
   bool holds_ = false;          ///< law kProxy: the goal is held inside the envelope
-  bool never_turns_ = false;    ///< the envelope is one orientation, whatever the device's is
-  Mat3 fixed_r_wa_ = Mat3::Identity();  ///< that orientation
+  bool locked_ = false;         ///< the envelope is one orientation, whatever the device's is
+  Mat3 locked_r_wa_ = Mat3::Identity();  ///< that orientation
   MotionEnvelope envelope_;
   Real anchor_rad_ = 0;     ///< largest turn of the goal from the proxy
   Real turn_back_rad_ = 0;  ///< of the anchor in a tick

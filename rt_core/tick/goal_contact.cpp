@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt_core/contact/fixed_obstacle.hpp"
-
 namespace haptic {
 namespace {
 
@@ -14,7 +12,6 @@ namespace {
 constexpr Real kMotionMargin = 1.000001_r;
 
 bool pair_has_hidden(const PairView& pair) noexcept {
-  if (pair.is_fixed()) return pair.fixed->hidden != 0;
   const auto counts = [&](NodeScope scope) {
     return live_counts(pair.marks, scope, pair.record, *pair.a.record, *pair.b.record);
   };
@@ -49,18 +46,16 @@ void GoalContactStage::place(Arena& arena, const SceneView& scene, bool searches
   pairs_ = arena.take<PairState>(pairs);
   gates_ = arena.take<PairGate>(pairs);
   bodies_ = arena.take<BodyMotion>(scene.bodies().size());
-  if (searches && !scene.is_fixed()) {
+  if (searches) {
     moving_lanes_ = arena.take<Real>(3 * std::size_t{c.moving_lanes});
     lanes_begin_ = arena.take<std::size_t>(moving_pieces);
     lanes_turned_at_ = arena.take<std::uint64_t>(moving_pieces);
   }
   NearScratch::Size size;
   arena.enter(StatePart::kBounds);
-  if (!scene.is_fixed()) {
-    size.fit(largest_counts(scene.pieces().first(moving_pieces)),
-             largest_counts(scene.pieces().subspan(moving_pieces)));
-  }
-  for (std::uint32_t i = 0; i < c.pair_count && searches && !scene.is_fixed(); ++i) {
+  size.fit(largest_counts(scene.pieces().first(moving_pieces)),
+           largest_counts(scene.pieces().subspan(moving_pieces)));
+  for (std::uint32_t i = 0; i < c.pair_count && searches; ++i) {
     const PairRecord record = scene.pair_record(i);
     FeatureBounds bounds;
     bounds.place(arena, scene.pieces()[record.piece_a], scene.pieces()[record.piece_b]);
@@ -85,7 +80,6 @@ void GoalContactStage::read_scene(const SceneView& scene,
   const SceneParameters& p = scene.parameters();
   views_ = pairs;
   law_ = p.law;
-  never_turns_ = scene.is_fixed();
   epsilon_m_ = static_cast<Real>(p.epsilon_m);
   exact_band_m_ = p.exact_band_m;
   max_visits_ = scene.header().capacity.max_pair_visits;
@@ -115,7 +109,7 @@ void GoalContactStage::read_scene(const SceneView& scene,
 void GoalContactStage::reset() noexcept {
   for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
     PairState& pair = pairs_[i];
-    if (!is_fixed()) pair.bounds.reset(views_[i].marks);
+    pair.bounds.reset(views_[i].marks);
     pair.verdict_memory = VerdictMemory{};
     pair.visited_at = 0;
     pair.exact = false;
@@ -144,7 +138,7 @@ std::uint32_t GoalContactStage::advance(const GripPose& goal) noexcept {
     return 0;
   }
   const Real step = std::sqrt((goal.x0_w - last.x0_w).squaredNorm());
-  const Real turn = is_fixed() ? 0 : 2 * quaternion_step(goal.q_wa, last.q_wa);
+  const Real turn = 2 * quaternion_step(goal.q_wa, last.q_wa);
   const bool exceeded =
       (max_step_m_ > 0 && step > max_step_m_) || (max_turn_rad_ > 0 && turn > max_turn_rad_);
   const std::uint32_t flags = exceeded ? std::uint32_t{kFlagMotionExceeded} : 0u;
@@ -152,7 +146,6 @@ std::uint32_t GoalContactStage::advance(const GripPose& goal) noexcept {
   constexpr double kUp = 1 + 64 * static_cast<double>(kRealEpsilon);
   motion_.path_m = (motion_.path_m + static_cast<double>(step) * kUp) * (1 + 0x1p-52);
   motion_.turn_rad = (motion_.turn_rad + static_cast<double>(turn) * kUp) * (1 + 0x1p-52);
-  if (is_fixed()) return flags;
   for (BodyMotion& body : bodies_) {
     const Real distance = std::sqrt((last.x0_w - body.reference_w).squaredNorm()) + step;
     body.swept_m = (body.swept_m + static_cast<double>(turn * distance) * kUp) * (1 + 0x1p-52);
@@ -161,7 +154,6 @@ std::uint32_t GoalContactStage::advance(const GripPose& goal) noexcept {
 }
 
 Odometer GoalContactStage::odometer(const PairGate& gate) const noexcept {
-  if (is_fixed()) return {motion_.path_m, motion_.path_m};
   const double swept = bodies_[gate.body_b].swept_m;
   return {motion_.path_m + (swept + motion_.turn_rad * gate.reach_b_m),
           motion_.path_m + motion_.turn_rad * gate.reach_a_m};
@@ -260,7 +252,6 @@ GoalContactStage::Gated GoalContactStage::pass_gate(std::uint32_t index,
 PairPose GoalContactStage::pose_of(std::uint32_t pair, const GripPose& goal) noexcept {
   const PairView& view = views_[pair];
   const Vec3 y_w = goal.x0_w - bodies_[gates_[pair].body_b].reference_w;
-  if (is_fixed()) return make_pair_pose(view, view.a.lanes, goal.r_wa, y_w);
   const std::uint32_t piece = view.record.piece_a;
   Real* const lanes = moving_lanes_.data() + lanes_begin_[piece];
   if (lanes_turned_at_[piece] != tick_) {
@@ -275,7 +266,7 @@ SearchWork GoalContactStage::visit(std::uint32_t index, const GripPose& goal) no
   PairState& pair = pairs_[index];
   const PairPose pose = pose_of(index, goal);
   const Odometer now = odometer(gates_[index]);
-  if (!is_fixed()) pair.bounds.advance(now, pose.size_m);
+  pair.bounds.advance(now, pose.size_m);
   const bool first = pair.visited_at == 0;
   pair.near_begin = room_.near.size();
   const NearResult found = find_near_set(pose, epsilon_m_, pair.bounds, room_.scratch, room_.near);
@@ -313,7 +304,6 @@ SearchWork GoalContactStage::visit(std::uint32_t index, const GripPose& goal) no
   }
   pair.near_count = room_.near.size() - pair.near_begin;
   work.near_nodes = pair.near_count;
-  if (is_fixed() && first) work.flags |= kFlagFirstTick;
   if ((found.flags & kNearAllStale) != 0) {
     work.stale_pairs = first ? 0 : 1;
     work.flags |= first ? kFlagFirstTick : kFlagRelocalised;
@@ -330,9 +320,7 @@ SearchWork GoalContactStage::visit(std::uint32_t index, const GripPose& goal) no
 GoalContactStage::LiveContact GoalContactStage::live_contact(PairState& pair, const PairPose& pose,
                                                              const NearResult& found) noexcept {
   const PairView& view = *pose.pair;
-  const bool bears =
-      found.attained && (is_fixed() ? has_force(view.planes[found.support.a], PlaneForce::kBears)
-                                    : view.marks.node(NodeScope::kLive, found.best.node));
+  const bool bears = found.attained && view.marks.node(NodeScope::kLive, found.best.node);
   LiveContact live;
   if (bears) return live;
   live.searched = true;
@@ -396,11 +384,9 @@ Real GoalContactStage::held_depth(PairState& pair, const PairPose& pose, Real at
     best.f_m = plane.f_m;
   }
   pair.verdict.normal_w = best.normal_w;
-  if (!is_fixed()) {
-    const SupportPair support = support_pair(pose, best.normal_w, pair.verdict_memory.portal[0]);
-    work.support_pairs += 1;
-    at_least_m = std::max(at_least_m, gap_along(pose, best.normal_w, support));
-  }
+  const SupportPair support = support_pair(pose, best.normal_w, pair.verdict_memory.portal[0]);
+  work.support_pairs += 1;
+  at_least_m = std::max(at_least_m, gap_along(pose, best.normal_w, support));
   pair.near_count = pair.bears && room_.near.push(best) ? 1 : 0;
   return std::min(at_least_m, Real{0});
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The contact at the goal pose: which pairs can matter, their verdicts, near sets and contact
-/// patches (paper Sec. III and IV). Laws paper and weighted_region need it in every tick, law proxy
+/// patches (paper Sec. III and IV). Law paper needs it in every tick, law proxy
 /// when the caller asks.
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace haptic {
 
 /// What an image may do without: patches are merged by the laws but the proxy's, hulls are formed
 /// by them and for who asks for the contact's geometry.
-inline constexpr bool kMergesPatches = kSceneTraits.paper || kSceneTraits.weighted_region;
+inline constexpr bool kMergesPatches = kSceneTraits.paper;
 inline constexpr bool kFormsHulls = kMergesPatches || kSceneTraits.contact_geometry;
 
 /// Work of a search, and the flags that it sets.
@@ -126,7 +126,6 @@ class GoalContactStage {
     NearResult found;
   };
 
-  [[nodiscard]] bool is_fixed() const noexcept { return kSceneTraits.is_fixed(never_turns_); }
   [[nodiscard]] Odometer odometer(const PairGate& gate) const noexcept;
   [[nodiscard]] Gated pass_gate(std::uint32_t pair, const GripPose& goal) noexcept;
   [[nodiscard]] SearchWork visit(std::uint32_t pair, const GripPose& goal) noexcept;
@@ -140,8 +139,7 @@ class GoalContactStage {
   [[nodiscard]] PairPose pose_of(std::uint32_t pair, const GripPose& goal) noexcept;
 
   std::span<const PairView> views_;
-  LawId law_ = LawId::kWeightedRegion;
-  bool never_turns_ = false;
+  LawId law_ = LawId::kProxy;
   Real epsilon_m_ = 0;
   double exact_band_m_ = 0;
   Real max_step_m_ = 0, max_turn_rad_ = 0;  ///< motion per tick of the speed certificate; 0: none

@@ -62,7 +62,7 @@ void OutputStage::read_scene(const SceneView& scene) noexcept {
   const DeviceParameters& d = p.device;
   period_ns_ = static_cast<std::int64_t>(1.0e9 / p.rate_hz);
   observes_ = c.passivity != 0;
-  never_turns_ = scene.is_fixed();
+  locked_ = scene.is_locked();
   law_ = p.law;
   passivity_ = Passivity(passivity_limits(p));
   WrenchRampLimits ramp;

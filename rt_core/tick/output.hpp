@@ -55,14 +55,14 @@ class OutputStage {
   /// Whether the device is taken for one of three degrees of freedom: a part that never turns has
   /// no torque under law proxy; the other laws report it.
   [[nodiscard]] bool device_translates() const noexcept {
-    return kSceneTraits.is_fixed(never_turns_) && kSceneTraits.is_law(law_, LawId::kProxy);
+    return kSceneTraits.is_locked(locked_) && kSceneTraits.is_law(law_, LawId::kProxy);
   }
 
   std::int64_t period_ns_ = 0;
   std::int64_t stamp_ns_ = 0;  ///< of the last report
   bool has_stamp_ = false;     ///< there was one since the last reset
   bool observes_ = false;      ///< the passivity layer acts
-  bool never_turns_ = false;
+  bool locked_ = false;
   LawId law_ = LawId::kProxy;
   EncoderPlay play_;
   Passivity passivity_;

@@ -7,7 +7,7 @@ option(HAPTIC_IMAGE_REPORT "Define the target image_report" OFF)
 set(HAPTIC_IMAGE_REPORT_SCENES "needle;tetrahedron_device;tetrahedron_on_box;tetrahedron_fixed;square_peg_five;square_peg;plug_socket" CACHE STRING
   "Scenes of image_report: folders of host_sim/scenes or of these checks, or of the shared data where that is present")
 set(HAPTIC_IMAGE_REPORT_FEATURES
-  "paper;weighted_region;friction;fixed_orientation;free_orientation;facets;device;contact_geometry;table_checks"
+  "paper;friction;free_orientation;facets;device;contact_geometry;table_checks"
   CACHE STRING "Features of image_report that are compiled in alone")
 if(NOT HAPTIC_IMAGE_REPORT)
   return()

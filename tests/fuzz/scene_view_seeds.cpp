@@ -102,7 +102,6 @@ std::string scaled(std::string blob, double factor) {
   });
   change_section<SceneParameters>(blob, SectionId::kParameters, 1, [&](SceneParameters& p) {
     p.epsilon_m *= factor;
-    p.epsilon_o_m *= factor;
     const auto stiffness_at = [&](double length_m) {
       return p.coupling.k_t_n_per_m * length_m * length_m;
     };
@@ -173,7 +172,7 @@ std::vector<Seed> seeds() {
                  {"proxy", written(proxy)},
                  {"rough", written(rough)},
                  {"marked", marked_blob(tetrahedron, test::join({table, step}), false)},
-                 {"fixed_cut", fixed_cut_blob(tetrahedron, LawId::kWeightedRegion)},
+                 {"fixed_cut", fixed_cut_blob(tetrahedron, LawId::kPaper)},
                  {"fixed_cut_proxy", fixed_cut_blob(tetrahedron, LawId::kProxy)},
                  {"marked_boxed", marked_blob(step, table, true)},
                  {"two_tetrahedra", unit},

@@ -112,10 +112,8 @@ TEST_SUITE("host_sim.assemblies") {
     const ScratchFolder folder("assemblies_laws");
     const LidAndBin assembly =
         make_lid_and_bin(folder.file("."), Outline::kRectangle, LidForm::kCap, 4);
-    for (const LawId law : {LawId::kPaper, LawId::kWeightedRegion}) {
-      judge(assembly, thinned(assembly.motion, 20),
-            [&](tools::SceneFile& scene) { scene.parameters.law = law; });
-    }
+    judge(assembly, thinned(assembly.motion, 20),
+          [&](tools::SceneFile& scene) { scene.parameters.law = LawId::kPaper; });
   }
 
   TEST_CASE("at 1 kHz, under every law: a force comes from a contact with a name") {
@@ -123,7 +121,7 @@ TEST_SUITE("host_sim.assemblies") {
     const LidAndBin assembly =
         make_lid_and_bin(folder.file("."), Outline::kRectangle, LidForm::kCap, 4);
     const std::vector<MotionSample> motion = make_motion(assembly.motion);
-    for (const LawId law : {LawId::kPaper, LawId::kWeightedRegion, LawId::kProxy}) {
+    for (const LawId law : {LawId::kPaper, LawId::kProxy}) {
       tools::SceneFile scene = assembly.scene;
       scene.parameters.law = law;
       CoreSession session(tools::compile_scene(scene, tools::CompileOptions{}).bytes, "lid");
@@ -148,7 +146,7 @@ TEST_SUITE("host_sim.assemblies") {
     const ScratchFolder folder("assemblies_budget");
     const LidAndBin assembly =
         make_lid_and_bin(folder.file("."), Outline::kRectangle, LidForm::kStep, 5);
-    for (const LawId law : {LawId::kProxy, LawId::kWeightedRegion}) {
+    for (const LawId law : {LawId::kProxy, LawId::kPaper}) {
       const Seen seen = judge(assembly, thinned(assembly.motion, 20), [&](tools::SceneFile& scene) {
         scene.parameters.law = law;
         scene.budget.pair_visits = 3;

@@ -161,7 +161,7 @@ const Row kRows[] = {
     {kSim, "wcet --scen @peg.rtscene", 2, "did you mean '--scene'?"},
     {kRun, "docter", 2, "did you mean 'doctor'?"},
     {kSim, "replay --scene @peg.rtscene --motion @m.csv --literal --delta foo", 2, "dx-rotation"},
-    {kSim, "stability --out @s --laws foo", 2, "weighted_region"},
+    {kSim, "stability --out @s --laws foo", 2, "paper"},
     {kSim, "stability --out @s --parts 99", 2, "the parts are 1"},
     {kSim, "wcet @peg.rtscene --quick --fault foo", 2, "its bounds are"},
     {kSim, "compare-laws @peg.rtscene --motion @m.csv --out @c --towards 0,0,0", 2, "no direction"},
@@ -233,11 +233,12 @@ TEST_CASE("what nobody could read was not given: a full device, in every program
 }
 
 TEST_CASE("every help is text, names its exit codes and an example") {
-  const char* lab[] = {
-      "accept", "calm",         "compare-laws", "continuity", "cost",   "crossings",
-      "delay",  "faults",       "flight",       "friction",   "hold",   "pareto",
-      "pegs",   "plan-sampled", "planners",     "proxy-fuzz", "rates",  "reproduce-paper",
-      "soak",   "stability",    "surface-fuzz", "vectors",    "verify", "wcet"};
+  const char* lab[] = {"accept",          "calm",     "compare-laws", "cost",
+                       "crossings",       "delay",    "faults",       "flight",
+                       "friction",        "hold",     "pareto",       "pegs",
+                       "plan-sampled",    "planners", "proxy-fuzz",   "rates",
+                       "reproduce-paper", "soak",     "stability",    "surface-fuzz",
+                       "vectors",         "verify",   "wcet"};
   const char* sim[] = {"motion", "plan", "play", "replay", "run", "serve", "usb-device", "view"};
   std::vector<std::pair<const char*, std::string>> calls{
       {kCompiler, ""}, {kInspect, ""}, {kRun, "doctor"}, {kRun, "run"}};

@@ -207,7 +207,7 @@ TEST_CASE("headline: every scene and method of a quick run, in table, page, pict
     CHECK(m.reference.in_contact.size() > m.ticks / 4);
     CHECK(m.reference.largest_force_n > 0.3);
     const std::size_t libraries = penalty_catalog().size();
-    CHECK(m.methods.size() == 6 + libraries + (libraries > 0 ? 1 : 0));
+    CHECK(m.methods.size() == 5 + libraries + (libraries > 0 ? 1 : 0));
     CHECK(m.methods.front().name == kDefaultMethod);
     for (const PenaltyEntry& entry : penalty_catalog()) {
       REQUIRE(m.method(entry.method) != nullptr);

@@ -14,11 +14,11 @@ using namespace haptic::sim::test;
 
 namespace {
 
-const Precision kDouble{0x1p-52L, 1.5e-8L, 1e-12L, 1e-12L};
+const Precision kCorePrecision{0x1p-52L, 1.5e-8L, 1e-12L, 1e-12L};
 
 Wide search(const OraclePiece& a, const OraclePiece& b, const WideVec& x,
             const WideRotation& r = {}) {
-  return search_pair(a, b, {r, x}, 0.3L, kDouble).reference_m;
+  return search_pair(a, b, {r, x}, 0.3L, kCorePrecision).reference_m;
 }
 
 /// In a box of these lengths about the origin.
@@ -114,7 +114,7 @@ TEST_SUITE("host_sim.oracle") {
       }
       CHECK(applicable >= 19);  // rt_core/METHOD.md section 2: 19 to 22 at a generic orientation
       CHECK(applicable <= 22);
-      const PairTruth truth = search_pair(a, b, {r, x}, 0.3L, kDouble);
+      const PairTruth truth = search_pair(a, b, {r, x}, 0.3L, kCorePrecision);
       CHECK(truth.lower_m - 1e-17L <= largest);
       CHECK(largest <= truth.upper_m + 1e-17L);
     }

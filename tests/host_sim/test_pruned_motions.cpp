@@ -138,7 +138,7 @@ TEST_SUITE("host_sim.pruned_motions") {
       "within an envelope of 30 degrees: the scene without it, under every law; every bit without "
       "a proxy") {
     for (const Task& task : tasks()) {
-      for (const LawId law : {LawId::kPaper, LawId::kWeightedRegion, LawId::kProxy}) {
+      for (const LawId law : {LawId::kPaper, LawId::kProxy}) {
         CAPTURE(task.name);
         CAPTURE(static_cast<int>(law));
         LoadedScene free(compiled(task, law, false, true)), inside(compiled(task, law, true, true));

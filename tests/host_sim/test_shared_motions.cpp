@@ -40,7 +40,7 @@ bool compile_task(const std::string& task, const ScratchFolder& folder) {
          << '/' << p.at("file").get<std::string>()
          << "\"\nscale_to_m = " << scale_text(p.at("scale_to_m")) << '\n';
   }
-  toml << "[rendering]\nlaw = \"weighted_region\"\nk_f_n_per_m = 1000.0\nepsilon_m = 1e-4\n";
+  toml << "[rendering]\nlaw = \"paper\"\nk_f_n_per_m = 1000.0\nepsilon_m = 1e-4\n";
   toml.close();
   const ProgramResult compiled =
       run_program(HAPTIC_GRAPH_COMPILER, "'" + folder.file("scene.toml") + "' -o '" +

@@ -16,17 +16,14 @@ using namespace haptic::sim;
 
 TEST_SUITE("host_sim.stability") {
   TEST_CASE("wall: the loop with the core turns unstable where the spectral radius says") {
-    for (const LawId law : {LawId::kPaper, LawId::kWeightedRegion}) {
-      for (const char* hand : {"none", "loose", "firm"}) {
-        for (const unsigned delay : {0u, 1u, 2u}) {
-          const TrialSetting setting{law, 1000, delay, hand, 0};
-          const double theory = stiffness_limit(linear_loop(setting), 0);
-          CAPTURE(law_name(law));
-          CAPTURE(hand);
-          CAPTURE(delay);
-          // Sought from a wrong guess, so that the agreement is found and not handed in.
-          CHECK(wall_limit(setting, 1.9 * theory, 2.0) == doctest::Approx(theory).epsilon(0.03));
-        }
+    for (const char* hand : {"none", "loose", "firm"}) {
+      for (const unsigned delay : {0u, 1u, 2u}) {
+        const TrialSetting setting{LawId::kPaper, 1000, delay, hand, 0};
+        const double theory = stiffness_limit(linear_loop(setting), 0);
+        CAPTURE(hand);
+        CAPTURE(delay);
+        // Sought from a wrong guess, so that the agreement is found and not handed in.
+        CHECK(wall_limit(setting, 1.9 * theory, 2.0) == doctest::Approx(theory).epsilon(0.03));
       }
     }
   }

@@ -52,7 +52,7 @@ struct Excursion {
 
 TEST_SUITE("rt_core.envelope") {
   TEST_CASE("out of the envelope in contact: ramped, flagged, latched, and reset takes it up") {
-    for (const LawId law : {LawId::kPaper, LawId::kWeightedRegion, LawId::kProxy}) {
+    for (const LawId law : {LawId::kPaper, LawId::kProxy}) {
       for (const bool by_turn : {true, false}) {
         CAPTURE(static_cast<int>(law));
         CAPTURE(by_turn);
@@ -127,7 +127,7 @@ TEST_SUITE("rt_core.envelope") {
   }
 
   TEST_CASE("a scene without an envelope is never left") {
-    tools::SceneDescription d = enclosed(LawId::kWeightedRegion, true);
+    tools::SceneDescription d = enclosed(LawId::kPaper, true);
     d.orientation.reset();
     d.workspace.reset();
     d.marks.clear();

@@ -112,14 +112,14 @@ template <std::size_t thread, Half half>
 using StampedWithout = StampedRecord<2, WithoutOrder<thread, half>::template Atomic>;
 
 // A stamped record with one step left out.
-enum class LeftOut { kStampTakenBack, kSecondLook };
-template <LeftOut left_out>
+enum class MissingStep { kStampTakenBack, kSecondLook };
+template <MissingStep missing>
 struct BrokenRecord {
   ExploredAtomic<RecordWord> stamp_word;
   std::array<ExploredAtomic<RecordWord>, 2> words;
 
   void write(RecordWord stamp, const std::array<RecordWord, 2>& value) {
-    if (left_out != LeftOut::kStampTakenBack) stamp_word.store(0, std::memory_order_release);
+    if (missing != MissingStep::kStampTakenBack) stamp_word.store(0, std::memory_order_release);
     for (std::size_t i = 0; i < 2; ++i) words[i].store(value[i], std::memory_order_release);
     stamp_word.store(stamp, std::memory_order_release);
   }
@@ -127,7 +127,8 @@ struct BrokenRecord {
   bool copy(RecordWord stamp, std::array<RecordWord, 2>& value) const {
     if (stamp == 0 || stamp_word.load(std::memory_order_acquire) != stamp) return false;
     for (std::size_t i = 0; i < 2; ++i) value[i] = words[i].load(std::memory_order_acquire);
-    return left_out == LeftOut::kSecondLook || stamp_word.load(std::memory_order_acquire) == stamp;
+    return missing == MissingStep::kSecondLook ||
+           stamp_word.load(std::memory_order_acquire) == stamp;
   }
 };
 
@@ -303,9 +304,9 @@ TEST_SUITE("rt_core.flight_recorder") {
       return e.violation;
     };
     const auto words = MemoryModel::kInterleaving;
-    CHECK(violation(explore<WriteAndCopy<BrokenRecord<LeftOut::kStampTakenBack>, 2, 1>>(words)) ==
-          "another record than the stamp says");
-    CHECK(violation(explore<WriteAndCopy<BrokenRecord<LeftOut::kSecondLook>, 2, 1>>(words)) ==
+    CHECK(violation(explore<WriteAndCopy<BrokenRecord<MissingStep::kStampTakenBack>, 2, 1>>(
+              words)) == "another record than the stamp says");
+    CHECK(violation(explore<WriteAndCopy<BrokenRecord<MissingStep::kSecondLook>, 2, 1>>(words)) ==
           "torn");
   }
 }

@@ -114,7 +114,7 @@ TEST_SUITE("rt_core.proxy_low_steps") {
       description.orientation = tools::OrientationEnvelope{{0, 0, 0, 1}, 0.0};
       description.parameters.coupling.climb_m = climb_m;
       LoadedScene fixed(description);
-      REQUIRE(fixed.view.is_fixed());
+      REQUIRE(fixed.view.is_locked());
       const double depth = kStepPress_n / kStepStiffness_n_per_m;
       double largest_n = 0;
       StepResult result = fixed.step({-0.015, 0, 0.0062});

@@ -93,7 +93,7 @@ TEST_SUITE("rt_core.proxy_recovery") {
     description.orientation = tools::OrientationEnvelope{{0, 0, 0, 1}, 0.0};
     for (const double z : {0.0, 0.0095, -0.02}) {
       LoadedScene fixed(description);
-      REQUIRE(fixed.view.is_fixed());
+      REQUIRE(fixed.view.is_locked());
       const Point p{0.0004, -0.0003, z};
       int ticks = 1;
       while ((fixed.step(p).flags & kFlagRecovery) != 0 && ticks < 1000) ++ticks;

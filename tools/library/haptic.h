@@ -77,7 +77,7 @@ typedef struct haptic_scene_info {
   double rate_hz;            ///< ticks per second that it was compiled for
   double start_pose[7];      ///< of A in W
   double grip_m[3];          ///< grip point in A's mesh frame
-  double stiffness_n_per_m;  ///< of the spring in translation; law paper and weighted_region: k_F
+  double stiffness_n_per_m;  ///< of the spring in translation; law paper: k_F
   char name[208];            ///< of the scene, cut at 207 bytes
   char trouble[96];          ///< why the scene cannot be used, with HAPTIC_ERROR_SCENE; else empty
 } haptic_scene_info;
@@ -124,8 +124,8 @@ typedef struct haptic_verdict {
   uint64_t longest_open_ticks;   ///< longest run with force and without contact
   uint64_t longest_stuck_ticks;  ///< longest run of stuck ticks
   double open_force_n;           ///< largest force in a run without contact that fails
-  double given_out_j;            ///< by the rendering; not a number: the scene has no observer of it
-  char text[768];                ///< one line for people: what helps, by the key of the scene
+  double given_out_j;  ///< by the rendering; not a number: the scene has no observer of it
+  char text[768];      ///< one line for people: what helps, by the key of the scene
 } haptic_verdict;
 #define HAPTIC_VERDICT_INIT                                                             \
   {                                                                                     \
@@ -357,10 +357,13 @@ typedef struct haptic_gains {
   double stiffness_nm_per_rad;  ///< law proxy; else 0
   double asked_n_per_m;         ///< by the scene
   double asked_nm_per_rad;
-  char text[512];  ///< where it is lowered: a sentence, with the way to have it otherwise; else empty
+  char text[512];  ///< where it is lowered: a sentence, with the way to have it otherwise; else
+                   ///< empty
 } haptic_gains;
-#define HAPTIC_GAINS_INIT \
-  { sizeof(haptic_gains), 0, 0, 0, 0, 0, { 0 } }
+#define HAPTIC_GAINS_INIT                      \
+  {                                            \
+    sizeof(haptic_gains), 0, 0, 0, 0, 0, { 0 } \
+  }
 
 /// The same all through the session. Any thread. Cost: one copy.
 HAPTIC_API int haptic_session_gains(const haptic_session* session, haptic_gains* gains);

@@ -75,7 +75,6 @@ Json parameters_json(const SceneParameters& p) {
       {"goal_contact", p.goal_contact != 0},
       {"k_f_n_per_m", p.k_f_n_per_m},
       {"epsilon_m", p.epsilon_m},
-      {"epsilon_o_m", p.epsilon_o_m},
       {"exact_band_m", p.exact_band_m},
       {"rate_hz", p.rate_hz},
       {"start_position_m", p.start_p_wa_m},

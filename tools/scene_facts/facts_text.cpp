@@ -72,10 +72,9 @@ std::string body_text(const BodyFacts& body, std::size_t index) {
 }
 
 std::string parameters_text(const SceneParameters& p) {
-  std::string text = formatted(
-      "  law %s, k_F %.9g N/m, epsilon %.9g m, epsilon_o %.9g m, exact within %.9g m, loop %.9g "
-      "Hz\n",
-      law_name(p.law), p.k_f_n_per_m, p.epsilon_m, p.epsilon_o_m, p.exact_band_m, p.rate_hz);
+  std::string text =
+      formatted("  law %s, k_F %.9g N/m, epsilon %.9g m, exact within %.9g m, loop %.9g Hz\n",
+                law_name(p.law), p.k_f_n_per_m, p.epsilon_m, p.exact_band_m, p.rate_hz);
   if (p.goal_contact == 0) text += "  the contact at the device's pose is not searched\n";
   text +=
       formatted("  start pose (%.9g, %.9g, %.9g) m, quaternion w x y z (%.9g, %.9g, %.9g, %.9g)\n",
@@ -157,11 +156,6 @@ std::string pairs_as_text(const SceneFacts& facts,
     text += graph_form(p, graph_budget_bytes) + "\n";
   }
   return text + rest_line(facts.pairs.size());
-}
-
-const char* law_name(LawId law) {
-  if (law == LawId::kProxy) return "proxy";
-  return law == LawId::kPaper ? "paper" : "weighted_region";
 }
 
 std::string facts_as_text(const SceneFacts& facts) {

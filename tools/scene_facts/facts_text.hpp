@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "rt_core/scene/laws.hpp"
 #include "tools/scene_facts/scene_facts.hpp"
 
 namespace haptic::tools {
@@ -27,8 +28,6 @@ std::string nodes_as_text(const SceneFacts& facts);
 
 /// One line per pair, the first 20; with the budget of stored graphs where it is known.
 std::string pairs_as_text(const SceneFacts& facts, std::optional<std::uint64_t> graph_budget_bytes);
-/// As in scene files.
-const char* law_name(LawId law);
 
 /// 1234567 -> "1 234 567".
 std::string grouped(std::uint64_t n);

@@ -17,7 +17,7 @@ constexpr std::size_t kMostTried = 256;
 constexpr double kSameTurn_rad = 1e-6;
 
 void require_orientation(const SceneView& view, const Pose& pose_wa) {
-  if (!view.is_fixed()) return;
+  if (!view.is_locked()) return;
   const double* q = view.parameters().start_q_wa_xyzw;
   const Quat start(static_cast<Real>(q[3]), static_cast<Real>(q[0]), static_cast<Real>(q[1]),
                    static_cast<Real>(q[2]));

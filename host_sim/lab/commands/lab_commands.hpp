@@ -11,7 +11,6 @@ using tools::Command;
 [[nodiscard]] Command add_accept_command(CLI::App& program);
 [[nodiscard]] Command add_calm_command(CLI::App& program);
 [[nodiscard]] Command add_compare_laws_command(CLI::App& program);
-[[nodiscard]] Command add_continuity_command(CLI::App& program);
 [[nodiscard]] Command add_cost_command(CLI::App& program);
 [[nodiscard]] Command add_crossings_command(CLI::App& program);
 [[nodiscard]] Command add_delay_command(CLI::App& program);

@@ -43,8 +43,7 @@ nlohmann::ordered_json to_json(const GoldenReport& report) {
   json["tolerance"] = {{"depth", static_cast<double>(report.tolerance.depth)},
                        {"force", static_cast<double>(report.tolerance.force)},
                        {"torque", static_cast<double>(report.tolerance.torque)},
-                       {"relative", static_cast<double>(report.tolerance.relative)},
-                       {"weighted", static_cast<double>(report.tolerance.weighted)}};
+                       {"relative", static_cast<double>(report.tolerance.relative)}};
   json["passed"] = report.passed();
   for (std::size_t q = 0; q < report.tallies.size(); ++q) {
     const GoldenTally& t = report.tallies[q];

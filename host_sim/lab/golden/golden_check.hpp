@@ -28,12 +28,10 @@ namespace haptic::sim {
 ///   normal  max(relative, twice the tolerance of the force / |force|)
 struct GoldenTolerance {
   Wide depth = 0, force = 0, torque = 0, relative = 0;
-  /// In place of `relative` for the weighted contact region.
-  Wide weighted = 0;
 };
 
 /// In double precision 1e-12, and 1e-10 where coordinates exceed 100 sizes (`far_away`), with 1e-9
-/// relative (weighted region: 1e-5 far away). In single precision a row of a table per family,
+/// relative. In single precision a row of a table per family,
 /// about four times the measured error; families without a row get 1e-6 (2e-2 far away); `relative`
 /// is 0.
 [[nodiscard]] GoldenTolerance golden_tolerance(const std::string& family, bool far_away);
@@ -47,9 +45,6 @@ enum class GoldenQuantity : std::uint8_t {
   kForce,
   kTorque,
   kContactNodes,
-  kWeights,  ///< weighted region: of every node
-  kWeightedForce,
-  kWeightedTorque,
   kCoherentVerdict,  ///< path files: the cases as one motion, without a reset between them
   kCoherentDepth,
   kCoherentNearSet,
@@ -112,11 +107,6 @@ class GoldenComparison {
 /// The scene of a golden file: A moving with its grip point at its frame's origin, B fixed, law
 /// paper, `epsilon_m`.
 [[nodiscard]] tools::SceneDescription golden_scene(const GoldenFile& file, double epsilon_m);
-
-/// Compares the weighted contact region where the file gives it: the weight of every node, force
-/// and torque, from a core with that law and the file's eps and eps_o (golden_weighted.cpp).
-/// `report`: as far as the paper's law has filled it.
-void check_weighted_region(const GoldenFile& file, GoldenReport& report);
 
 /// The pose of a case as the core is given it.
 [[nodiscard]] StepInput input_of_case(const GoldenCase& c);

@@ -100,8 +100,7 @@ constexpr LawSetting kLaws[] = {
     {"proxy_1", "law proxy, 1 pass", LawId::kProxy, 1, true},
     {"proxy_2", "law proxy, 2 passes", LawId::kProxy, 2, false},
     {"proxy_5", "law proxy, 5 passes", LawId::kProxy, 5, false},
-    {"paper", "law paper", LawId::kPaper, 0, true},
-    {"weighted_region", "law weighted_region", LawId::kWeightedRegion, 0, true}};
+    {"paper", "law paper", LawId::kPaper, 0, true}};
 
 HeadlineMeasure measure_scene(const HeadlineScene& scene, std::uint32_t repeats,
                               const TickClock& clock, bool progress) {

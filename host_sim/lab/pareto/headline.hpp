@@ -95,8 +95,8 @@ struct HeadlineMeasure {
 
 inline constexpr const char* kDefaultMethod = "proxy";
 
-/// Every scene, and on each law proxy with 3 (default), 1, 2 and 5 passes, laws `paper` and
-/// `weighted_region`, and penalty on each library; on the first also with its deepest contact
+/// Every scene, and on each law proxy with 3 (default), 1, 2 and 5 passes, law `paper`, and
+/// penalty on each library; on the first also with its deepest contact
 /// alone. `progress`: lines on stderr.
 [[nodiscard]] std::vector<HeadlineMeasure> measure_headline(const MeasurePlan& plan,
                                                             const TickClock& clock, bool quick,

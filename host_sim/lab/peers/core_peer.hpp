@@ -21,7 +21,7 @@ inline constexpr const char* kRealName = sizeof(Real) == sizeof(double) ? "doubl
 struct CoreSetting {
   double epsilon_m = 1e-4;  ///< width of the near set; the paper's
   double exact_band_m = 0.005;
-  LawId law = LawId::kWeightedRegion;
+  LawId law = LawId::kPaper;
   std::uint32_t max_pair_visits = kDefaultPairVisits;  ///< in one tick
 };
 

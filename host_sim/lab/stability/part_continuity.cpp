@@ -19,7 +19,7 @@ constexpr double kLeastHalving = 1.6;
 /// Changes below these are what the tolerance of a plane may move: k_t tol, and that on a lever.
 constexpr double kStill_n = 1e-4, kStill_nm = 1e-5;
 
-constexpr const char* kLawColours[] = {"#d55e00", "#0072b2", "#009e73"};
+constexpr const char* kLawColours[] = {"#d55e00", "#009e73"};
 
 struct LawSteps {
   LawId law = LawId::kProxy;
@@ -134,8 +134,8 @@ std::string picture(const std::vector<CaseSteps>& cases) {
       page.dot(fine, 3, "#ffffff");
     }
   }
-  const LawId laws[] = {LawId::kPaper, LawId::kWeightedRegion, LawId::kProxy};
-  for (std::size_t k = 0; k < 3; ++k) {
+  const LawId laws[] = {LawId::kPaper, LawId::kProxy};
+  for (std::size_t k = 0; k < 2; ++k) {
     const double x = 380 + 170 * static_cast<double>(k);
     page.dot({x, height + 46}, 5, kLawColours[k]);
     page.text(x + 12, height + 50, law_name(laws[k]), "start", 13);

@@ -21,7 +21,7 @@ constexpr double kLeastLoopWork_j = -1e-8;
 /// that it has held: what the tolerance of the planes lets the energy rise.
 constexpr double kSessionShare = 1e-5;
 
-constexpr const char* kEnergyColours[] = {"#d55e00", "#0072b2", "#009e73"};
+constexpr const char* kEnergyColours[] = {"#d55e00", "#009e73"};
 constexpr std::uint64_t kSessionSeed = 20260604;
 
 struct LoopWork {

@@ -18,7 +18,7 @@ struct StabilityOptions {
   bool quick = false;
   std::uint32_t threads = 1;
   bool progress = false;  ///< lines on stderr
-  std::vector<LawId> laws = {LawId::kPaper, LawId::kWeightedRegion, LawId::kProxy};
+  std::vector<LawId> laws = {LawId::kPaper, LawId::kProxy};
 
   [[nodiscard]] bool has(LawId law) const;
 };

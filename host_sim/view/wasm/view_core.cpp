@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 
+#include "rt_core/scene/laws.hpp"
 #include "tools/c_space/c_obstacle.hpp"
 
 namespace haptic::sim {
@@ -35,11 +36,6 @@ void put(const Quat& from, double (&to)[4]) {
 }
 Vec3 vector_in(const double* v) {
   return {static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])};
-}
-
-const char* law_text(LawId law) {
-  if (law == LawId::kProxy) return "proxy";
-  return law == LawId::kPaper ? "paper" : "weighted_region";
 }
 
 void add_unique(std::vector<std::uint32_t>& list, std::uint32_t value) {
@@ -207,7 +203,7 @@ void ViewCore::describe_scene() {
   const auto line = [&](std::string_view text) { answer.text.append(text).append("\n"); };
   const SceneParameters& p = view_.parameters();
   line(view_.text(p.name_offset, p.name_bytes));
-  line(law_text(p.law));
+  line(law_name(p.law));
   for (const BodyRecord& body : view_.bodies()) line(view_.text(body.name_offset, body.name_bytes));
 }
 

@@ -117,7 +117,7 @@ TEST_SUITE("host_sim.translations") {
       CAPTURE(clearance_mm);
       const Puzzle puzzle = chamber_puzzle(clearance_mm);
       Trial trial(puzzle.scene, puzzle.goal);
-      CHECK(trial.scene.view.is_fixed());
+      CHECK(trial.scene.view.is_locked());
       const TranslationResult found = trial.plan();
       CHECK(found.why == "");
       REQUIRE(found.verdict == TranslationVerdict::kFound);

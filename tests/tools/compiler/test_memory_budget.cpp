@@ -108,14 +108,11 @@ TEST_SUITE("tools.memory_budget") {
     const Opened scene(file);
     const auto all = budget_proposals(scene.view, 0);
     const std::uint64_t now = HapticCore::state_bytes(scene.view);
-    for (const LawId law : {LawId::kWeightedRegion, LawId::kPaper}) {
-      const BudgetProposal* proposal =
-          find(all, law == LawId::kPaper ? "law = \"paper\"" : "law = \"weighted_region\"");
-      REQUIRE(proposal != nullptr);
-      SceneFile other = file;
-      other.parameters.law = law;
-      CHECK(now - HapticCore::state_bytes(Opened(other).view) == proposal->state_saved);
-    }
+    const BudgetProposal* paper = find(all, "law = \"paper\"");
+    REQUIRE(paper != nullptr);
+    SceneFile other = file;
+    other.parameters.law = LawId::kPaper;
+    CHECK(now - HapticCore::state_bytes(Opened(other).view) == paper->state_saved);
     const BudgetProposal* device = find(all, "leave out [device]");
     REQUIRE(device != nullptr);
     file.parameters.device.given = 0;
@@ -219,9 +216,9 @@ TEST_SUITE("tools.traits_header") {
     const SceneTraits needs = needs_of(scene.view);
     CHECK(needs.image);
     CHECK(needs.content_hash == scene.view.header().content_hash);
-    CHECK((needs.proxy && !needs.paper && !needs.weighted_region));
+    CHECK((needs.proxy && !needs.paper));
     CHECK((!needs.friction && !needs.device));
-    CHECK((needs.free_orientation && !needs.fixed_orientation));
+    CHECK(needs.free_orientation);
     CHECK(needs.qp_rows == kMaxProxyRows);
     CHECK(needs.valid_visits == 240);
     SceneFile other = peg_with_device();
@@ -230,8 +227,7 @@ TEST_SUITE("tools.traits_header") {
     const SceneTraits of_other = needs_of(changed.view);
     CHECK((of_other.paper && !of_other.proxy && of_other.device));
     const Opened still(own_scene("tetrahedron_fixed"));
-    const SceneTraits fixed = needs_of(still.view);
-    CHECK((fixed.fixed_orientation && !fixed.free_orientation));
+    CHECK_FALSE(needs_of(still.view).free_orientation);
   }
 
   TEST_CASE("the general program covers every scene; an image its own, and no less") {

@@ -219,7 +219,7 @@ TEST_SUITE("tools.programs") {
           << "format = 1\nname = \"c\"\n[moving]\nmesh = \"cube.obj\"\nscale_to_m = 0.01\n"
              "[[static]]\nmesh = \"cube.obj\"\nscale_to_m = 0.1\n"
              "[[static]]\nmesh = \"cube.obj\"\nscale_to_m = 0.2\nposition_m = [1, 0, 0]\n"
-             "[rendering]\nlaw = \"weighted_region\"\nk_f_n_per_m = 100\n"
+             "[rendering]\nlaw = \"paper\"\nk_f_n_per_m = 100\n"
           << budget;
       return folder.file("scene.toml");
     };

@@ -49,7 +49,6 @@ tools::SceneDescription general_scene() {
   scene.grip_m = {0.047, 0.053, 0.061};
   scene.moving.position_m = {0.3, 0.2, 0.1};
   scene.moving.quaternion_wxyz = {0.1, 0.5, 0.7, 0.5};
-  scene.parameters.epsilon_o_m = 2.3e-4;
   scene.parameters.exact_band_m = 0.37;
   scene.parameters.motion_limits_given = 1;
   scene.parameters.max_linear_speed_m_per_s = 0.7;

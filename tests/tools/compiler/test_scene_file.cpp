@@ -100,7 +100,8 @@ struct SceneFileAddition {
 };
 
 inline constexpr SceneFileAddition kAdditions[] = {
-    {"law = \"penalty\"", "14:7: ", "the laws are: proxy, weighted_region, paper"},
+    {"law = \"penalty\"", "14:7: ", "the laws are: proxy, paper"},
+    {"law = \"weighted_region\"", "14:7: ", "the laws are: proxy, paper"},
     {"[[friction]]\nmu = 0.3", "14:1: ", "materials is missing; name two"},
     {"[[friction]]\nmaterials = [\"a\", \"b\"]", "14:1: ", "give the Coulomb coefficient"},
     {"[[friction]]\nmaterials = [\"a\", \"b\"]\nmu = 2.1", "16:6: ", "from 0 to 2"},
@@ -157,7 +158,6 @@ inline constexpr SceneFileAddition kAdditions[] = {
     {"[budget]\nconstants_bytes = 0", "15:19: ", "above 0"},
     {"[budget]\nstate_bytes = 1e6", "15:15: ", "give an integer"},
     {"exact_band_m = 0", "14:16: ", "above 0"},
-    {"epsilon_o_m = -1", "14:15: ", "above 0"},
     {"[budget]\npair_visits = 0", "15:15: ", "a whole number from 1"},
     {"[memory]\ngraph_bytes = -1", "15:15: ", "a whole number from 0"},
     {"[memory]\ngraph = 1", "15:1: ", "did you mean 'graph_bytes'?"},
@@ -207,7 +207,6 @@ TEST_SUITE("tools.scene_file") {
     CHECK(!scene.coupling.allow_active);
     CHECK(scene.friction.empty());
     CHECK(scene.moving.material.empty());
-    CHECK(scene.parameters.epsilon_o_m == 1e-4);
     CHECK(scene.parameters.exact_band_m == 0.005);
     CHECK(!scene.graph_bytes);
     CHECK(!scene.budget.pair_visits);
@@ -319,7 +318,7 @@ TEST_SUITE("tools.scene_file") {
     std::string text = replaced(kGood, "position_m = [0.1, 0.2, 0.3]\n", "");
     text = replaced(text, "quaternion = { w = 0.6, x = 0.0, y = 0.8, z = 0.0 }\n", "");
     text +=
-        "law = \"paper\"\nepsilon_m = 5e-4\nepsilon_o_m = 3e-4\nexact_band_m = 0.01\n"
+        "law = \"paper\"\nepsilon_m = 5e-4\nexact_band_m = 0.01\n"
         "[start]\nposition_m = [1, 2, 3]\nquaternion = { w = 0, x = 1, y = 0, z = 0 }\n"
         "[motion_limits]\nlinear_m_per_s = 0.5\nangular_rad_per_s = 4\n"
         "[loop]\nrate_hz = 4000\n"
@@ -356,11 +355,10 @@ TEST_SUITE("tools.scene_file") {
               d.max_stiffness_n_per_m + d.max_damping_ns_per_m + d.delay_s ==
           doctest::Approx(0.1 + 1 + 0.2 + 1e-5 + 9 + 0.5 + 1000 + 50 + 2000 + 3 + 0.001));
     CHECK(scene.budget.constants->bytes == 1000);
-    CHECK(scene.budget.state->line == 47);
+    CHECK(scene.budget.state->line == 46);
     CHECK(scene.budget.pair_visits == 12u);
     CHECK(scene.graph_bytes == 1000000u);
     CHECK(scene.parameters.law == LawId::kPaper);
-    CHECK(scene.parameters.epsilon_o_m == 3e-4);
     CHECK(scene.parameters.exact_band_m == 0.01);
     CHECK(scene.budget.stack->bytes == 3000);
     CHECK(scene.plane_tolerance_m == 2e-6);

@@ -123,7 +123,7 @@ TEST_SUITE("tools.simulated_gains") {
   }
 
   TEST_CASE("the direct laws: the stiffness of one plane, within the budget of a slot") {
-    const SceneParameters scene = scene_of_law(LawId::kWeightedRegion);
+    const SceneParameters scene = scene_of_law(LawId::kPaper);
     const auto gains = simulated_gains(scene, kGainsRadius_m, loop_of(1e-3));
     REQUIRE(gains);
     CHECK(gains->k_f_n_per_m < 400);

@@ -100,6 +100,6 @@ TEST_SUITE("tools.steady_work") {
     CHECK(told("") == 0);
     CHECK(told("law = \"proxy\"\n") == 0);
     CHECK(told("goal_contact = true\n") == 2);
-    CHECK(told("law = \"weighted_region\"\n") == 2);
+    CHECK(told("law = \"paper\"\n") == 2);
   }
 }

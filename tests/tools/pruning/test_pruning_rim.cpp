@@ -24,7 +24,7 @@ tools::SceneDescription block_on_hill(double max_angle_rad) {
   tools::SceneDescription d = scene_of(
       box({-0.03, -0.02, -0.02}, {0.03, 0.02, 0.02}),
       {tetrahedron({0, 0, 0}, {0.02, -0.01, -0.005}, {0.02, 0.01, -0.005}, {-0.02, 0, -0.02})});
-  d.parameters.law = LawId::kWeightedRegion;
+  d.parameters.law = LawId::kPaper;
   d.parameters.epsilon_m = 1e-4;
   d.orientation = tools::OrientationEnvelope{{0, 0, 0, 1}, max_angle_rad};
   return d;

@@ -230,7 +230,6 @@ TEST_SUITE("tools.session_judge") {
     result.d_near_m = 0.001_r;
     result.situation = ContactSituation::kFaceFace;
     CHECK(felt_part_touches(result, LawId::kProxy));
-    CHECK(felt_part_touches(result, LawId::kWeightedRegion));
     result.status = RtStatus::kPoseNotUnit;
     CHECK_FALSE(felt_part_touches(result, LawId::kProxy));
     CHECK(judged_tick(result, LawId::kProxy).refused);

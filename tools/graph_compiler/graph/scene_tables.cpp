@@ -11,7 +11,6 @@
 #include "rt_core/scene/graph_limits.hpp"
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/graph/body_geometry.hpp"
-#include "tools/graph_compiler/graph/fixed_obstacle.hpp"
 #include "tools/graph_compiler/graph/pair_graph.hpp"
 #include "tools/graph_compiler/graph/relaxation.hpp"
 
@@ -38,17 +37,14 @@ std::string piece_place(const Body& body, std::size_t piece) {
   return body.name + ": piece " + std::to_string(piece);
 }
 
-/// Appends the vertices by coordinate, each padded with vertex 0. `turned`: null, or the vertices
-/// of a part that never turns.
-void add_lanes(SceneTables& t, const PieceGeometry& geometry, const WidePiece* turned,
-               PieceRecord& record) {
+/// Appends the vertices by coordinate, each padded with vertex 0.
+void add_lanes(SceneTables& t, const PieceGeometry& geometry, PieceRecord& record) {
   record.lane_begin = size32(t.lanes);
   record.lane_count = padded_lanes(record.vertex_count);
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t v = 0; v < record.lane_count; ++v) {
       const std::size_t from = v < record.vertex_count ? v : 0;
-      t.lanes.push_back(turned != nullptr ? static_cast<Real>(turned->vertices[from][k])
-                                          : geometry.vertices[from][k]);
+      t.lanes.push_back(geometry.vertices[from][k]);
     }
   }
 }
@@ -60,7 +56,6 @@ void add_bounds(SceneTables& t, const WidePiece& piece, PieceRecord& record,
   Wide reach = 0;
   for (const Wide3& v : piece.vertices) reach = std::max(reach, norm(v));
   record.reach_m = rounded_up(reach);
-  if (t.is_fixed()) return;
   std::vector<WideArc> arcs;
   for (std::uint32_t e = 0; e < record.edge_count; ++e) {
     arcs.push_back(wide_arc(piece, e, epsilon_m));
@@ -114,12 +109,7 @@ void add_piece(SceneTables& t, const ConvexPiece& piece, const PieceTopology& to
   const PieceGeometry& geometry = body.pieces[index];
   PieceRecord record = piece_record(t, topology, geometry);
   const WidePiece wide(topology, body, index);
-  const bool turns = t.is_fixed() && record.body == 0;
-  if (t.is_fixed()) {
-    const double* const q = t.parameters[0].envelope.q_wa_xyzw;
-    t.turned.push_back(turns ? turned(wide, WideTurn({q[0], q[1], q[2], q[3]})) : wide);
-  }
-  add_lanes(t, geometry, turns ? &t.turned.back() : nullptr, record);
+  add_lanes(t, geometry, record);
   add_bounds(t, wide, record, progress);
   for (FaceRecord face : topology.faces) {
     face.loop_begin += record.loop_begin;
@@ -266,27 +256,6 @@ void add_pair(SceneTables& t, std::uint32_t piece_a, std::uint32_t piece_b, bool
   t.pairs.push_back(record);
 }
 
-void add_fixed_obstacle(SceneTables& t, const PairMarks* marks) {
-  PairRecord& pair = t.pairs.back();
-  WidePiece a = t.turned[pair.piece_a], b = t.turned[pair.piece_b];
-  a.topology = &t.topologies[pair.piece_a];
-  b.topology = &t.topologies[pair.piece_b];
-  const double size_m = t.pieces[pair.piece_a].radius_m + t.pieces[pair.piece_b].radius_m;
-  const FixedObstacle built = fixed_obstacle(a, b, t.parameters[0].epsilon_m, size_m, marks);
-  FixedPairRecord record{};
-  record.plane_begin = size32(t.fixed_planes);
-  record.plane_count = size32(built.planes);
-  record.bounding_count = built.bounding_count;
-  record.node_begin = size32(t.fixed_nodes);
-  record.node_count = size32(built.nodes);
-  record.hidden = built.hidden ? 1 : 0;
-  append(t.fixed_planes, built.planes);
-  append(t.fixed_nodes, built.nodes);
-  t.fixed_pairs.push_back(record);
-  pair.near_capacity = record.node_count;
-  pair.edge_pair_capacity = 0;
-}
-
 BlobBuilder sections_of(const SceneTables& t, bool wide) {
   BlobBuilder blob;
   blob.add(SectionId::kParameters, t.parameters);
@@ -302,15 +271,6 @@ BlobBuilder sections_of(const SceneTables& t, bool wide) {
   blob.add(SectionId::kVertexEdgeBegin, t.vertex_edge_begin);
   blob.add(SectionId::kVertexEdges, t.vertex_edges);
   blob.add(SectionId::kPairs, t.pairs);
-  if (t.is_fixed()) {
-    blob.add(SectionId::kFixedPairs, t.fixed_pairs);
-    blob.add(SectionId::kFixedPlanes, t.fixed_planes);
-    blob.add(SectionId::kFixedNodes, t.fixed_nodes);
-    blob.add(SectionId::kSourceVertices, t.source_vertices);
-    blob.add(SectionId::kText, t.text);
-    blob.add(SectionId::kVertexLanes, t.lanes);
-    return blob;
-  }
   blob.add(SectionId::kNodes, t.nodes);
   blob.add(SectionId::kNeighborBegin, t.neighbor_begin);
   if (wide) {

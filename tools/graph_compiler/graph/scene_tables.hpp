@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The sections of a scene as the writer fills them: bodies with the geometry and the bounds of
-/// their pieces, then pairs with their graphs, marks and planes. Private to the scene writer.
+/// their pieces, then pairs with their graphs and marks. Private to the scene writer.
 
 #include <array>
 #include <cstddef>
@@ -72,16 +72,10 @@ struct SceneTables {
   std::vector<ConeRange> cone_ranges;
   std::vector<std::array<Real, 3>> cone_directions;
   std::uint32_t cone_base = 0;  ///< directions of the bodies before; not a section
-  std::vector<FixedPairRecord> fixed_pairs;
-  std::vector<FixedPlane> fixed_planes;
-  std::vector<FixedNode> fixed_nodes;
   std::vector<std::int32_t> source_vertices;
   std::vector<char> text;
   std::vector<PieceTopology> topologies;  ///< of all pieces; not a section
-  std::vector<WidePiece> turned;  ///< of all pieces, where the part never turns; not a section
-  SceneAccount account;           ///< not a section
-
-  [[nodiscard]] bool is_fixed() const { return is_one_orientation(parameters[0].envelope); }
+  SceneAccount account;                   ///< not a section
 };
 
 /// Offset of `words` in the text section, which grows by them.
@@ -99,9 +93,6 @@ void add_body(SceneTables& t, const PlacedBody& placed, const std::array<double,
 /// Appends a pair; its graph too where it is stored, its marks where it has any (not empty).
 void add_pair(SceneTables& t, std::uint32_t piece_a, std::uint32_t piece_b, bool stored,
               const std::vector<std::uint64_t>& marks);
-
-/// Appends the C-obstacle of the last pair as planes, its capacities with it.
-void add_fixed_obstacle(SceneTables& t, const PairMarks* marks);
 
 /// All sections in the order of the format; `wide`: neighbors of 32 bits.
 BlobBuilder sections_of(const SceneTables& t, bool wide);

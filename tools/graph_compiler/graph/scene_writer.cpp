@@ -92,11 +92,10 @@ std::vector<std::uint64_t> mark_words(const PieceView& a, const PieceView& b,
   return words;
 }
 
-/// A pair of the scene, the words of its marks (empty: none), and what was given of them.
+/// A pair of the scene, and the words of its marks (empty: none).
 struct WrittenPair {
   std::uint32_t a = 0, b = 0;
   std::vector<std::uint64_t> marks;
-  const PairMarks* given = nullptr;
 };
 
 /// The pairs in the order that SceneView expects: pieces of A first, the pieces of all statics
@@ -114,13 +113,11 @@ std::vector<WrittenPair> written_pairs(const SceneTables& t, const SceneDescript
   std::size_t pair = 0;
   for (std::uint32_t a = 0; a < moving; ++a) {
     for (std::uint32_t b = moving; b < t.pieces.size(); ++b, ++pair) {
-      WrittenPair written{a, b, {}, nullptr};
+      WrittenPair written{a, b, {}};
       if (!given.empty()) {
         const bool out_of_reach = std::ranges::none_of(given[pair].reachable, std::identity{});
         if (out_of_reach && description.workspace) continue;
-        written.given = &given[pair];
-        if (!t.is_fixed())
-          written.marks = mark_words(t.topologies[a].view(), t.topologies[b].view(), given[pair]);
+        written.marks = mark_words(t.topologies[a].view(), t.topologies[b].view(), given[pair]);
       }
       pairs.push_back(std::move(written));
     }
@@ -171,7 +168,7 @@ bool add_pairs(SceneTables& t, const SceneDescription& description) {
   for (const PieceTopology& topology : t.topologies) {
     largest.push_back(largest_features(topology.view()));
   }
-  for (const auto& [a, b, marks, given] : pairs) {
+  for (const auto& [a, b, marks] : pairs) {
     sizes.push_back(graph_size(t.topologies[a].view(), t.topologies[b].view()));
     // Stored lists would hold what the marks leave out: such a graph is formed.
     degrees.push_back(marks.empty() ? largest_degree(largest[a], largest[b]) : kNeverStored);
@@ -185,8 +182,7 @@ bool add_pairs(SceneTables& t, const SceneDescription& description) {
   const std::uint64_t graph_bytes = has_goal_contact(t.parameters[0]) ? description.graph_bytes : 0;
   const StoredGraphs choice = choose_stored_graphs(sizes, degrees, graph_bytes);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    add_pair(t, pairs[i].a, pairs[i].b, choice.stored[i] && !t.is_fixed(), pairs[i].marks);
-    if (t.is_fixed()) add_fixed_obstacle(t, pairs[i].given);
+    add_pair(t, pairs[i].a, pairs[i].b, choice.stored[i], pairs[i].marks);
   }
   return choice.wide;
 }
@@ -216,7 +212,6 @@ SceneParameters finished_parameters(const SceneDescription& description,
     p.start_q_wa_xyzw[k] = static_cast<double>(q[k + 1]);
   }
   p.start_q_wa_xyzw[3] = static_cast<double>(q[0]);
-  if (p.epsilon_o_m == 0) p.epsilon_o_m = p.epsilon_m;
   p.envelope = envelope_parameters(description);
   p.name_offset = name_offset;
   p.name_bytes = static_cast<std::uint32_t>(description.name.size());
@@ -270,9 +265,6 @@ void check_surfaces(const SceneParameters& p, const std::string& scene) {
   if (has_goal_contact(p)) {
     throw InputError(start + "leave out [rendering] goal_contact, or make every part a solid");
   }
-  if (is_one_orientation(p.envelope)) {
-    throw InputError(start + "give [motion_limits] orientation an angle above 0, or leave it out");
-  }
 }
 
 /// A list of pairs has fewer than 2^32.
@@ -282,14 +274,13 @@ void check_listed_pairs(const SceneDescription& description) {
   for (const PlacedBody& body : description.statics) fixed += body.body.pieces.size();
   constexpr std::uint64_t kMostPairs = UINT32_MAX - 1;
   if (fixed == 0 || moving <= kMostPairs / fixed || !lists_pairs(description)) return;
-  throw InputError(
-      "scene '" + description.name + "': " + std::to_string(moving) +
-      " pieces of the moving part and " + std::to_string(fixed) + " of the static ones make " +
-      std::to_string(moving * fixed) +
-      " pairs, limit where they are listed (goal_contact, or a part that never turns) " +
-      std::to_string(kMostPairs) + "; simplify a part, to " + std::to_string(kMostPairs / fixed) +
-      " pieces of the moving one or " + std::to_string(kMostPairs / moving) +
-      " of the static ones");
+  throw InputError("scene '" + description.name + "': " + std::to_string(moving) +
+                   " pieces of the moving part and " + std::to_string(fixed) +
+                   " of the static ones make " + std::to_string(moving * fixed) +
+                   " pairs, limit where they are listed (goal_contact) " +
+                   std::to_string(kMostPairs) + "; simplify a part, to " +
+                   std::to_string(kMostPairs / fixed) + " pieces of the moving one or " +
+                   std::to_string(kMostPairs / moving) + " of the static ones");
 }
 
 /// The bodies that are not the solids of their meshes.
@@ -379,7 +370,7 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
       std::max<std::uint64_t>(1, std::min<std::uint64_t>(description.max_pair_visits, pairs)));
   SceneParameters& parameters = t.parameters[0];
   const auto capacity_now = [&] {
-    return scene_capacity(t.bodies, t.pieces, t.pairs, t.marks, visits, parameters, t.fixed_pairs);
+    return scene_capacity(t.bodies, t.pieces, t.pairs, t.marks, visits, parameters);
   };
   SceneCapacity capacity = capacity_now();
   if (parameters.work_units == 0) {

@@ -97,10 +97,12 @@ void propose_parameters(const SceneView& scene, std::vector<BudgetProposal>& pro
     propose("no search at the goal pose: leave out [rendering] goal_contact",
             [](SceneParameters& p) { p.goal_contact = 0; });
   }
-  for (const LawId law : {LawId::kWeightedRegion, LawId::kPaper}) {
-    if (law == scene.parameters().law || has_facets(scene.pieces())) continue;
-    propose(std::string("take another law: [rendering] law = \"") + law_name(law) + "\"",
-            [law](SceneParameters& p) { p.law = law; });
+  for (const LawRow& law : kLaws) {
+    // Law proxy has the most to keep, and a surface no other.
+    if (law.id == scene.parameters().law || law.id == LawId::kProxy || has_facets(scene.pieces()))
+      continue;
+    propose(std::string("take another law: [rendering] law = \"") + law.name + "\"",
+            [&](SceneParameters& p) { p.law = law.id; });
   }
   if (scene.parameters().device.given != 0) {
     propose("no estimate of the device's twist: leave out [device] and damping of the coupling",

@@ -375,7 +375,6 @@ SceneDraft draft_scene(const DraftRequest& request) {
   SceneFile scene;
   scene.file = scene.name = request.name;
   scene.parameters.k_f_n_per_m = request.stiffness_n_per_m;
-  scene.parameters.epsilon_o_m = scene.parameters.epsilon_m;
   scene.parameters.goal_contact = 0;  // nothing is asked of the core
   scene.moving = part_of(meshes[0], draft.scale_to_m);
   // Clear of the others, as every start must be; the places asked about are others.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/graph_compiler/program/scene_file.hpp"
+#include "rt_core/scene/laws.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -390,21 +391,24 @@ void read_moving(const TomlTable& top, const std::filesystem::path& folder, Scen
 
 /// Returns the place of the stiffness.
 FilePlace read_rendering(const TomlTable& top, SceneParameters& p) {
-  const auto rendering = top.table("rendering", {"law", "k_f_n_per_m", "epsilon_m", "epsilon_o_m",
-                                                 "exact_band_m", "goal_contact"});
+  const auto rendering =
+      top.table("rendering", {"law", "k_f_n_per_m", "epsilon_m", "exact_band_m", "goal_contact"});
   if (!rendering) {
     top.fail_missing("rendering", "add the table [rendering] with k_f_n_per_m, the stiffness");
   }
-  const std::string law = rendering->text("law").value_or("proxy");
-  if (law != "proxy" && law != "weighted_region" && law != "paper") {
-    rendering->fail("law", "no law '" + law + "'; the laws are: proxy, weighted_region, paper");
+  const std::string law = rendering->text("law").value_or(kLaws[0].name);
+  const LawRow* const row = find_law(law.c_str());
+  if (row == nullptr) {
+    std::string names;
+    for (const LawRow& known : kLaws)
+      names += (names.empty() ? "" : ", ") + std::string(known.name);
+    rendering->fail("law", "no law '" + law + "'; the laws are: " + names);
   }
-  p.law = law == "proxy" ? LawId::kProxy : law == "paper" ? LawId::kPaper : LawId::kWeightedRegion;
+  p.law = row->id;
   const auto stiffness = rendering->number("k_f_n_per_m", kContactStiffness);
   if (!stiffness) rendering->fail_missing("k_f_n_per_m", "give the stiffness k_F in N/m");
   p.k_f_n_per_m = *stiffness;
   p.epsilon_m = rendering->number("epsilon_m", kEpsilon).value_or(kDefaultEpsilon_m);
-  p.epsilon_o_m = rendering->number("epsilon_o_m", kEpsilon).value_or(p.epsilon_m);
   p.exact_band_m = rendering->number("exact_band_m", kBand).value_or(kDefaultExactBand_m);
   // Of law proxy it is for checks and pictures alone, and takes most of the memory.
   const bool goal_contact = rendering->flag("goal_contact").value_or(p.law != LawId::kProxy);

@@ -220,7 +220,7 @@ PairSteadyWork pair_work(const SceneView& scene, std::uint32_t index, std::uint3
 }  // namespace
 
 std::optional<SteadyWork> steady_work(const SceneView& scene) {
-  if (scene.parameters().motion_limits_given == 0 || scene.is_fixed() || !scene.lists_pairs()) {
+  if (scene.parameters().motion_limits_given == 0 || scene.is_locked() || !scene.lists_pairs()) {
     return std::nullopt;
   }
   double products = 0.0;

@@ -17,10 +17,8 @@ struct Feature {
 
 /// In the order of SceneTraits: designated initialisers must keep it.
 constexpr Feature kFeatures[] = {{"paper", &SceneTraits::paper},
-                                 {"weighted_region", &SceneTraits::weighted_region},
                                  {"proxy", &SceneTraits::proxy},
                                  {"friction", &SceneTraits::friction},
-                                 {"fixed_orientation", &SceneTraits::fixed_orientation},
                                  {"free_orientation", &SceneTraits::free_orientation},
                                  {"facets", &SceneTraits::facets},
                                  {"many_pairs", &SceneTraits::many_pairs},

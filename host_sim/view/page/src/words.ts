@@ -18,7 +18,6 @@ export function situationText(name: string): string {
 const kLaws: Record<string, string> = {
   proxy: "proxy: the part is held outside of every obstacle, a spring joins it to the hand",
   paper: "paper: equations (1) to (6) as published",
-  weighted_region: "weighted region: the published law without its jumps",
 };
 
 export function lawText(law: string): string {
