@@ -11,10 +11,11 @@
 #include "rt_core/base/motion_envelope.hpp"
 #include "rt_core/base/state_account.hpp"
 #include "rt_core/base/status.hpp"
-#include "rt_core/contact/contact_polygon.hpp"
-#include "rt_core/law/felt_contact.hpp"
+#include "rt_core/proxy/felt_contact.hpp"
 #include "rt_core/scene/scene_view.hpp"
 #include "rt_core/tick/step.hpp"
+#include "rt_core/tracking/contact_polygon.hpp"
+#include "rt_core/tracking/pair_report.hpp"
 
 namespace haptic {
 

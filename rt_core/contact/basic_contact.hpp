@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "rt_core/contact/contact_situation.hpp"
 #include "rt_core/contact/pair_pose.hpp"
 #include "rt_core/contact/support.hpp"
 #include "rt_core/scene/graph_rule.hpp"
@@ -66,5 +67,16 @@ struct ContactPoint {
 /// edges of its face.
 [[nodiscard]] ContactPoint contact_point(const PairPose& pose, ContactType type, std::uint32_t i,
                                          std::uint32_t j, const NodePlane& plane) noexcept;
+
+/// The situation of one basic contact.
+[[nodiscard]] constexpr ContactSituation single_contact(ContactType type) noexcept {
+  return type == ContactType::kA   ? ContactSituation::kFaceVertex
+         : type == ContactType::kB ? ContactSituation::kVertexFace
+                                   : ContactSituation::kEdgeEdge;
+}
+
+/// Near C-faces whose normals differ by less than this angle are one contact plane, the others
+/// several planes (METHOD section 6, row 7). [rad], squared chord used.
+inline constexpr Real kCoplanarAngle_rad = 0.05_r;
 
 }  // namespace haptic

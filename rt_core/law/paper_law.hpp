@@ -6,8 +6,8 @@
 #include <span>
 
 #include "rt_core/base/pose.hpp"
-#include "rt_core/contact/contact_region.hpp"
-#include "rt_core/contact/planar_hull.hpp"
+#include "rt_core/tracking/contact_region.hpp"
+#include "rt_core/tracking/planar_hull.hpp"
 
 namespace haptic {
 

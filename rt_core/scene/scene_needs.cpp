@@ -38,7 +38,7 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
   needs.goal_contact = has_goal_contact(p);
   needs.guide = needs.proxy && scene.guide() != nullptr;
   needs.contact_geometry = needs.table_checks = false;
-  // Where a pass displaces a step it has one row per pair (law/proxy_pass.cpp).
+  // Where a pass displaces a step it has one row per pair (proxy/proxy_pass.cpp).
   needs.qp_rows =
       needs.friction ? kAll.qp_rows : std::clamp(c.pair_count, kMaxProxyRows, kAll.qp_rows);
   needs.valid_visits = std::min(nodes, kAll.valid_visits);

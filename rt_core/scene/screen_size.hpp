@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Scenes of facets alone whose near pairs are screened in bulk (law/facet_screen.hpp), and the
+/// Scenes of facets alone whose near pairs are screened in bulk (proxy/facet_screen.hpp), and the
 /// room that takes.
 
 #include <algorithm>

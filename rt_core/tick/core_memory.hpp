@@ -7,13 +7,13 @@
 #include <cstdint>
 #include <span>
 
-#include "rt_core/tick/direct_wrench.hpp"
-#include "rt_core/tick/free_motion.hpp"
+#include "rt_core/law/direct_wrench.hpp"
+#include "rt_core/proxy/free_motion.hpp"
 #include "rt_core/tick/goal.hpp"
-#include "rt_core/tick/goal_contact.hpp"
 #include "rt_core/tick/guide.hpp"
 #include "rt_core/tick/output.hpp"
 #include "rt_core/tick/step.hpp"
+#include "rt_core/tracking/goal_contact.hpp"
 
 namespace haptic {
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "rt_core/base/rotation.hpp"
+#include "rt_core/scene/envelope_of.hpp"
 #include "rt_core/scene/scene_traits.hpp"
 
 namespace haptic {
@@ -16,28 +17,7 @@ constexpr Real kAnchorTurn_rad = 2.8_r;
 /// How fast the goal comes back where nothing is felt.
 constexpr Real kTurnBack_rad_per_s = 20.0_r;
 
-Vec3 point_of(const double (&v)[3]) noexcept {
-  return {static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])};
-}
-
 }  // namespace
-
-MotionEnvelope envelope_of(const SceneParameters& p) noexcept {
-  MotionEnvelope envelope;
-  const EnvelopeParameters& e = p.envelope;
-  if ((e.given & kOrientationGiven) != 0) {
-    const double* q = e.q_wa_xyzw;
-    envelope.q_wa = Quat(static_cast<Real>(q[3]), static_cast<Real>(q[0]), static_cast<Real>(q[1]),
-                         static_cast<Real>(q[2]))
-                        .normalized();
-    envelope.max_angle_rad = static_cast<Real>(e.max_angle_rad);
-  }
-  if ((e.given & kWorkspaceGiven) != 0) {
-    envelope.centre_w = (point_of(e.min_m) + point_of(e.max_m)) / 2;
-    envelope.half_extent_m = (point_of(e.max_m) - point_of(e.min_m)) / 2;
-  }
-  return envelope;
-}
 
 void GoalStage::read_scene(const SceneView& scene) noexcept {
   const SceneParameters& p = scene.parameters();

@@ -20,9 +20,6 @@ struct Goal {
   std::uint32_t flags = 0;    ///< kFlagClutched, kFlagSaturated, kFlagOutsideEnvelope
 };
 
-/// What the scene says about where the part goes.
-[[nodiscard]] MotionEnvelope envelope_of(const SceneParameters& parameters) noexcept;
-
 /// Clutch, anchor and envelope. Keeps the goal's offset from the device. Law kProxy: once the
 /// envelope is left the goal stays where it was in that tick, until `reset`, and the clutch moves
 /// nothing; Goal::outside goes on to say where the device asks for.

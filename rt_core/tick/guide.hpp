@@ -26,26 +26,9 @@
 #include "rt_core/base/arena.hpp"
 #include "rt_core/base/pose.hpp"
 #include "rt_core/scene/scene_view.hpp"
+#include "rt_core/tick/guidance.hpp"
 
 namespace haptic {
-
-enum class GuideState : std::uint8_t {
-  kNone,  ///< the scene has no guide
-  kOff,   ///< switched off, or out for the clutch, recovery or the envelope
-  kLost,  ///< looks for a station
-  kOn
-};
-
-/// What the guide does in a tick, and where on the plan the part is.
-struct Guidance {
-  Wrench wrench_w;  ///< on the hand, about the grip point; to be added to the contact's
-  GuideState state = GuideState::kNone;
-  std::uint32_t station = 0, stations = 0;  ///< the last one passed; of how many
-  std::uint32_t contacts = 0;               ///< pairs of pieces that touch at the next one
-  Real cost_m = 0;                          ///< length of the rest of the way
-  Real off_m = 0;                           ///< distance from the way
-  Real energy_j = 0;                        ///< what it may still do
-};
 
 /// Segments of the way that a tick looks at, and stations where it looks for one to begin at.
 inline constexpr std::uint32_t kGuideWindow = 4, kGuideSearch = 4;

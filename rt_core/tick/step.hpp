@@ -2,17 +2,13 @@
 #pragma once
 /// What goes into one tick and what comes out of it.
 
-#include <array>
 #include <cstdint>
-#include <limits>
-#include <span>
 
 #include "rt_core/base/pose.hpp"
 #include "rt_core/base/status.hpp"
+#include "rt_core/base/step_flags.hpp"
 #include "rt_core/contact/contact_situation.hpp"
-#include "rt_core/contact/near_set.hpp"
-#include "rt_core/contact/pair_verdict.hpp"
-#include "rt_core/tick/guide.hpp"
+#include "rt_core/tick/guidance.hpp"
 
 namespace haptic {
 
@@ -37,47 +33,6 @@ struct StepInput {
   bool report_goal_contact = false;
   bool guide_off = false;  ///< the scene's guide lets go, if it has one; the contact is the same
 };
-
-/// D_near and depth where the goal pose was not searched.
-inline constexpr Real kNotSearched = std::numeric_limits<Real>::quiet_NaN();
-
-/// Flags of one tick; several may be set. "Pair" stands for at least one pair.
-enum StepFlag : std::uint32_t {
-  kFlagFirstTick = 1u << 0,         ///< a pair was searched for the first time
-  kFlagRelocalised = 1u << 1,       ///< a later search of a pair found every bound stale: a jump
-  kFlagFarBand = 1u << 2,           ///< a separated pair beyond the exact band: bound, not D_near
-  kFlagVerdictTouching = 1u << 3,   ///< within rounding of the boundary; see thickness_m
-  kFlagVerdictUndecided = 1u << 4,  ///< no certificate within the cap; see thickness_m
-  kFlagNearSetCut = 1u << 5,        ///< a near set exceeded its room; D_near is exact
-  kFlagInexact = 1u << 6,           ///< D_near of a near or colliding pair is a lower bound
-  kFlagBudgetUsedUp = 1u << 7,      ///< a near pair was not searched: verdict, no exact D_near
-  kFlagMotionExceeded = 1u << 8,    ///< more motion than the scene's speed certificate allows
-  kFlagSeveralPlanes = 1u << 9,     ///< paper's law: applied to the deepest of several planes
-  kFlagBadPose = 1u << 10,          ///< pose refused: wrench zero, state unchanged
-  kFlagRecovery = 1u << 11,         ///< the proxy was put inside an obstacle and is led out of it:
-                                    ///< wrench ramped out
-  kFlagSaturated = 1u << 12,        ///< the pull has met its limit of force or torque
-  kFlagClutched = 1u << 13,         ///< goal frozen; the wrench is ramped out or in
-  kFlagProxyLimited = 1u << 14,     ///< a pass met a cap or was rejected, or a pull is not followed
-  kFlagProxyStuck = 1u << 15,       ///< a pull above 0.05 N is left along a way that the planes
-                                    ///< that hold the part leave open, and it has not moved
-  kFlagHooked = 1u << 16,           ///< the goal is out of the proxy's reach: far apart for long
-  kFlagPassivity = 1u << 17,        ///< the passivity controller took energy out
-  kFlagRamping = 1u << 18,          ///< the wrench is ramped out, is out, or is ramped in
-  kFlagOutsideEnvelope = 1u << 19,  ///< the scene's envelope was left, or was about to be: the
-                                    ///< wrench is ramped out; latched until reset()
-  kFlagBehind = 1u << 20,           ///< the proxy's budget of work was spent before it had got as
-                                    ///< far as it could; see behind_ticks
-  kFlagListFull = 1u << 21,  ///< more pairs are near than the scene's near_pairs: one without
-                             ///< a slot has cut the proxy's step
-  kFlagHeld = 1u << 22  ///< the pull is held below the spring's: since kFlagBehind the part has not
-                        ///< caught up
-};
-
-/// Those that the search at the goal pose sets: never set in a tick that does without it.
-inline constexpr std::uint32_t kGoalContactFlags =
-    kFlagFirstTick | kFlagRelocalised | kFlagFarBand | kFlagVerdictTouching |
-    kFlagVerdictUndecided | kFlagNearSetCut | kFlagInexact | kFlagBudgetUsedUp | kFlagSeveralPlanes;
 
 /// Work of one tick, against the bounds in the scene's header (SceneCapacity).
 struct StepCounters {
@@ -147,31 +102,6 @@ struct StepResult {
   Real energy_j = 0;
   /// Of this tick's result and all before it; equal runs have equal hashes.
   std::uint64_t state_hash = 0;
-};
-
-/// What the last tick found out about one pair at the goal pose, for reports, checks and pictures.
-/// Spans hold until the next tick.
-struct PairReport {
-  bool searched = false;  ///< as StepResult::has_goal_contact; else the fields below say nothing
-  Verdict verdict = Verdict::kUndecided;
-  /// Separated: direction in which the gap is positive. Else: outward normal of the nearest C-face.
-  Vec3 normal_w = Vec3::Zero();
-  Real separation_bound_m = 0;  ///< separated: gap along normal_w, lower bound of the distance
-  Real thickness_m = 0;         ///< touching, undecided: x is that close to the boundary
-  /// Colliding: x lies in the tetrahedron of c = mean(B) - R mean(A) and the points b_k - R a_k. Of
-  /// a part that never turns it is not formed: that no plane of the list has a gap certifies
-  /// itself.
-  std::array<SupportPair, 3> portal;
-  /// As in StepResult; exact where `exact`; else a lower bound: apart, of the distance; colliding,
-  /// of D_near over all nodes.
-  Real d_near_m = kNotSearched;
-  bool exact = false;  ///< D_near and near set are those of this pose
-  bool visited = false;
-  std::uint32_t best_node = 0;  ///< node of D_near, when exact
-  /// Near set, in no particular order; empty unless exact.
-  std::span<const NearNode> near;
-  std::span<const std::uint32_t> contact_nodes;  ///< those with their point in both features
-  ContactSituation situation = ContactSituation::kNone;
 };
 
 /// Largest counts seen since the last reset.

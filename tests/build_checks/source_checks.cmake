@@ -42,12 +42,14 @@ endfunction()
 
 haptic_tree_probe(include_direction base_to_law rt_core/base/pose.hpp "\n#include \"rt_core/law/paper_law.hpp\""
   "rt_core/base/pose.hpp:2: includes 'rt_core/law/paper_law.hpp'; rt_core/base may include rt_core/base/")
-haptic_tree_probe(include_direction scene_to_contact rt_core/scene/a.cpp "#include \"rt_core/contact/near_set.hpp\""
-  "includes 'rt_core/contact/near_set.hpp'; rt_core/scene may include")
+haptic_tree_probe(include_direction scene_to_contact rt_core/scene/a.cpp "#include \"rt_core/tracking/near_set.hpp\""
+  "includes 'rt_core/tracking/near_set.hpp'; rt_core/scene may include")
 haptic_tree_probe(include_direction exchange_to_scene rt_core/exchange/a.hpp "#include \"rt_core/scene/a.hpp\""
   "includes 'rt_core/scene/a.hpp'; rt_core/exchange may include")
 haptic_tree_probe(include_direction core_to_hal rt_core/haptic_core.cpp "#include \"hal/device.hpp\""
   "includes 'hal/device.hpp'; rt_core may include rt_core/")
+haptic_tree_probe(include_direction tracking_to_proxy rt_core/tracking/near_set.hpp "\n#include \"rt_core/proxy/valid_planes.hpp\""
+  "rt_core/tracking/near_set.hpp:2: includes 'rt_core/proxy/valid_planes.hpp'; rt_core/tracking may include")
 haptic_tree_probe(include_direction core_vector rt_core/contact/a.hpp "#include <vector>" "includes 'vector'; the core takes")
 haptic_tree_probe(include_direction core_mutex rt_core/contact/a.hpp "# include <mutex>" "includes 'mutex'; the core takes")
 haptic_tree_probe(include_direction core_dense rt_core/law/a.hpp "#include <Eigen/Dense>" "includes 'Eigen/Dense'; the core takes")

@@ -11,8 +11,8 @@
 
 #include "rt_core/base/arena.hpp"
 #include "rt_core/law/coupling.hpp"
-#include "rt_core/law/facet_screen.hpp"
-#include "rt_core/law/near_pairs.hpp"
+#include "rt_core/proxy/facet_screen.hpp"
+#include "rt_core/proxy/near_pairs.hpp"
 #include "tests/host_sim/nut_on_rod.hpp"
 #include "tests/support/random.hpp"
 #include "tests/support/shapes.hpp"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "rt_core/base/arena.hpp"
-#include "rt_core/law/near_pairs.hpp"
+#include "rt_core/proxy/near_pairs.hpp"
 #include "tests/host_sim/nut_on_rod.hpp"
 #include "tests/support/shapes.hpp"
 

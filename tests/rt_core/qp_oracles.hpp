@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "rt_core/law/proxy_qp.hpp"
+#include "rt_core/proxy/proxy_qp.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace haptic::test {

@@ -2,7 +2,7 @@
 // The pull that is felt while the part is late.
 #include <doctest/doctest.h>
 
-#include "rt_core/tick/late_hold.hpp"
+#include "rt_core/proxy/late_hold.hpp"
 
 using namespace haptic;
 

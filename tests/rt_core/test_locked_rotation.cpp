@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "rt_core/contact/valid_planes.hpp"
-#include "rt_core/law/proxy_qp.hpp"
+#include "rt_core/proxy/proxy_qp.hpp"
+#include "rt_core/proxy/valid_planes.hpp"
 #include "tests/support/counter_bounds.hpp"
 #include "tests/support/pair_bench.hpp"
 #include "tests/support/pruned_scenes.hpp"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "rt_core/law/near_pairs.hpp"
+#include "rt_core/proxy/near_pairs.hpp"
 #include "tests/support/proxy_bench.hpp"
 #include "tests/support/random.hpp"
 

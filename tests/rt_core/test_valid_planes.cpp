@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "rt_core/contact/valid_planes.hpp"
+#include "rt_core/proxy/valid_planes.hpp"
 #include "tests/support/pair_bench.hpp"
 #include "tests/support/pruned_scenes.hpp"
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-#include "rt_core/contact/contact_manifold.hpp"
+#include "rt_core/proxy/contact_manifold.hpp"
 #include "tests/support/pair_bench.hpp"
 
 namespace haptic::test {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "host_sim/lab/peers/pair_tables.hpp"
-#include "rt_core/contact/near_set.hpp"
-#include "rt_core/contact/pair_verdict.hpp"
+#include "rt_core/tracking/near_set.hpp"
+#include "rt_core/tracking/pair_verdict.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace haptic::test {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "rt_core/law/proxy_law.hpp"
+#include "rt_core/proxy/proxy_law.hpp"
 #include "tests/support/shapes.hpp"
 
 namespace haptic::test {

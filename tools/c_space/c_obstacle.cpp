@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "rt_core/contact/surface_cone.hpp"
+#include "rt_core/proxy/surface_cone.hpp"
 
 namespace haptic::tools {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "rt_core/law/near_pairs.hpp"
+#include "rt_core/proxy/near_pairs.hpp"
 #include "tools/c_space/flat_pair.hpp"
 
 namespace haptic::tools {

@@ -8,9 +8,9 @@
 #include "host_sim/oracle/literal_tracker.hpp"
 #include "host_sim/session/core_session.hpp"
 #include "rt_core/base/pose.hpp"
-#include "rt_core/contact/near_set.hpp"
-#include "rt_core/contact/pair_gate.hpp"
-#include "rt_core/contact/pair_verdict.hpp"
+#include "rt_core/tracking/near_set.hpp"
+#include "rt_core/tracking/pair_gate.hpp"
+#include "rt_core/tracking/pair_verdict.hpp"
 
 namespace haptic::sim {
 

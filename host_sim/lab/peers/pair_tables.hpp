@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "rt_core/contact/near_set.hpp"
+#include "rt_core/tracking/near_set.hpp"
 #include "tools/common/scene_bytes.hpp"
 
 namespace haptic::sim {

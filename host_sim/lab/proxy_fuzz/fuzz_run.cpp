@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "host_sim/session/counters_check.hpp"
-#include "rt_core/law/proxy_law.hpp"
+#include "rt_core/proxy/proxy_law.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "host_sim/report/quantile.hpp"
-#include "rt_core/law/proxy_law.hpp"
+#include "rt_core/proxy/proxy_law.hpp"
 
 namespace haptic::sim {
 namespace {

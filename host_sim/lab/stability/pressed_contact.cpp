@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "host_sim/session/core_session.hpp"
-#include "rt_core/law/proxy_law.hpp"
+#include "rt_core/proxy/proxy_law.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {

@@ -9,7 +9,7 @@
 
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/report/quantile.hpp"
-#include "rt_core/law/proxy_law.hpp"
+#include "rt_core/proxy/proxy_law.hpp"
 
 namespace haptic::sim {
 namespace {

@@ -10,7 +10,7 @@
 #include "host_sim/lab/verification/contact_poses.hpp"
 #include "host_sim/lab/verification/near_campaign.hpp"
 #include "host_sim/lab/verification/verdict_campaign.hpp"
-#include "rt_core/contact/near_set.hpp"
+#include "rt_core/tracking/near_set.hpp"
 
 namespace haptic::sim {
 

@@ -10,7 +10,7 @@
 #include "host_sim/lab/verification/verified_pair.hpp"
 #include "host_sim/report/failure_log.hpp"
 #include "host_sim/report/shard_run.hpp"
-#include "rt_core/contact/near_set.hpp"
+#include "rt_core/tracking/near_set.hpp"
 
 namespace haptic::sim {
 

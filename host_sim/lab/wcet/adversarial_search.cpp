@@ -10,7 +10,7 @@
 #include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/tick_clock.hpp"
 #include "host_sim/timing/same_state_times.hpp"
-#include "rt_core/law/proxy_law.hpp"
+#include "rt_core/proxy/proxy_law.hpp"
 #include "tools/common/error.hpp"
 
 namespace haptic::sim {

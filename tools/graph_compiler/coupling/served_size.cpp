@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "rt_core/law/proxy_law.hpp"
+#include "rt_core/proxy/proxy_law.hpp"
 
 namespace haptic::tools {
 namespace {

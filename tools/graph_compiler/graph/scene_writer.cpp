@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "rt_core/haptic_core.hpp"
-#include "rt_core/law/proxy_law.hpp"
+#include "rt_core/proxy/proxy_law.hpp"
 #include "rt_core/scene/capacity.hpp"
 #include "rt_core/scene/graph_limits.hpp"
 #include "rt_core/scene/graph_rule.hpp"

@@ -8,9 +8,9 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "rt_core/contact/feature_bounds.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "rt_core/scene/capacity.hpp"
+#include "rt_core/tracking/feature_bounds.hpp"
 #include "tools/common/changed_scene.hpp"
 #include "tools/graph_compiler/graph/stored_graphs.hpp"
 #include "tools/scene_facts/budget_text.hpp"

@@ -6,7 +6,7 @@
 #include <span>
 #include <stdexcept>
 
-#include "rt_core/law/proxy_law.hpp"
+#include "rt_core/proxy/proxy_law.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
 #include "tools/common/scene_bytes.hpp"

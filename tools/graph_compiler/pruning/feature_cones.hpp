@@ -81,7 +81,7 @@ std::vector<PieceShape> piece_shapes(const PlacedBody& placed, const std::array<
                                      const std::optional<OrientationEnvelope>& envelope);
 
 // Normals with which a feature can be near, not only touch. The loop weighs basic contacts that
-// are not applicable by less than epsilon (rt_core/contact/near_set.hpp): no neighbour of a vertex
+// are not applicable by less than epsilon (rt_core/tracking/near_set.hpp): no neighbour of a vertex
 // rises higher than that over the plane of contact, no apex of a face next to an edge. Their
 // normals lie in the feature's own cone or a little way beyond it, farther where edges are short.
 

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Certifies most pairs of facets in bulk. For each triangle of A it lists the facets of the
+/// obstacles that are near, eight to a block, each with one plane fixed in W that has the two on
+/// either side. Along such a plane a step is judged by the corners of the triangle at its end:
+/// eight pairs at a time, in single precision about a point beside the triangle. A pair that no
+/// such plane certifies is one for the law (it is "missed"), and is in no list while the law has
+/// it.
+///
+/// What holds between two calls, for the pose p of the last accepted step: every facet that is in
+/// no list of a triangle, nor the law's, is farther from it than the row's slack; every other one
+/// has a gap along its plane of the row's `least_` or `beyond_` at least.
+
+#include <cstdint>
+#include <span>
+
+#include "rt_core/base/arena.hpp"
+#include "rt_core/base/bounded_list.hpp"
+#include "rt_core/base/float_lanes.hpp"
+#include "rt_core/base/pose.hpp"
+#include "rt_core/proxy/facet_tree.hpp"
+#include "rt_core/proxy/way_gap.hpp"
+#include "rt_core/scene/scene_view.hpp"
+#include "rt_core/scene/screen_size.hpp"
+
+namespace haptic {
+
+/// Eight facets of one row, each with the plane n.w = d + n.o that lies against it on the side of
+/// A.
+struct alignas(32) ScreenBlock {
+  float normal[3][kFloatLanes];
+  float height_m[kFloatLanes];       ///< of the nearest corner of the facet over the row's origin
+  std::uint32_t facet[kFloatLanes];  ///< of the obstacles, or kNoFacet
+  std::uint32_t next = 0;            ///< block of the row, or kNoFacet
+};
+inline constexpr std::uint32_t kNoFacet = ~0u;
+
+/// A pair that the screen cannot certify.
+struct ScreenMiss {
+  std::uint32_t row = 0;
+  std::uint32_t piece_a = 0, facet = 0;  ///< of A, and of the obstacles, both from 0
+  Real gap_m = 0;                        ///< at p, a lower bound
+};
+
+class NearPairs;
+
+class FacetScreen {
+ public:
+  /// Whether a scene is screened: every piece is a facet, and there are many pairs.
+  [[nodiscard]] static bool serves(const SceneView& scene) noexcept;
+  /// Room for all of a scene that is.
+  void place(Arena& arena, const SceneView& scene) noexcept;
+  /// Not for the servo loop.
+  void read_scene(const SceneView& scene) noexcept;
+  void reset() noexcept;
+
+  /// Looks up again the rows whose slack is below `need_m`, those with least of it first, until
+  /// `most_work` is spent: facets up to `range_m` away are listed, with a gap of `least_m` at p, or
+  /// missed where no plane has that. Pairs that `taken` has are the law's.
+  void renew(const GripPose& p, Real need_m, Real range_m, Real least_m, std::uint32_t most_work,
+             const NearPairs& taken) noexcept;
+
+  /// A step from p to q.
+  struct Way {
+    const GripPose& p;
+    const GripPose& q;
+    Vec3 dx_m = Vec3::Zero(), dtheta_rad = Vec3::Zero();
+    Real far_m = 0, turn_rad = 0;  ///< lengths of these
+    Real least_m = 0;              ///< gap that it may end with
+    Real dip_m = 0;                ///< by so much less on the way
+  };
+  /// Judges all pairs of the lists on a way, by their planes, which hold at p: those with a gap
+  /// below what it asks for at an end are lost, until search() finds others. Between the ends a
+  /// corner leaves its chord by lever theta^2 / 8 at the most; what that is beyond `dip_m` comes on
+  /// top of the least. Cost: all rows and blocks, at most.
+  void sweep(const Way& way) noexcept;
+  enum class Search : std::uint8_t { kDone, kMisses, kSpent };
+  /// Finds planes for lost pairs that have such gaps at both ends, those that lack most first.
+  /// kDone: there are no more. kMisses: some may be left; then as after kDone misses() have no such
+  /// plane, and it goes on once they are certified. kSpent: `most_work` did not do.
+  [[nodiscard]] Search search(const Way& way, std::uint32_t most_work) noexcept;
+  [[nodiscard]] std::span<const ScreenMiss> misses() const noexcept { return misses_.view(); }
+  /// The law has taken a missed pair.
+  void drop(const ScreenMiss& miss) noexcept { drop(rows_[miss.row], miss.facet); }
+  /// It has no room for one that renew() has missed: no step is longer than its gap.
+  void refuse(const ScreenMiss& miss) noexcept;
+
+  /// p has gone to q by so much. What search() has ended is known there, else planes that do not
+  /// hold may be among them until settle().
+  void accept(const GripPose& q, Real far_m, Real turn_rad) noexcept;
+  /// A step that search() has ended is not made, or what it missed is not certified.
+  void forget_end() noexcept { q_known_ = q_done_ = false; }
+  /// What search() has missed is not certified.
+  void forget_done() noexcept { q_done_ = false; }
+  [[nodiscard]] bool is_settled() const noexcept { return settled_; }
+  /// All planes hold at p with what search() was asked for, or are missed.
+  void settle() noexcept { settled_ = true; }
+
+  /// A pair goes back to the lists of its triangles; false: no plane at p has a gap of `least_m`.
+  [[nodiscard]] bool take_back(std::uint32_t piece_a, std::uint32_t facet, const GripPose& p,
+                               Real least_m) noexcept;
+
+  /// A lower bound of the gap of what is listed, and of what is neither listed nor the law's.
+  [[nodiscard]] Real nearest_m() const noexcept { return nearest_m_; }
+  [[nodiscard]] Real clear_m() const noexcept { return clear_m_; }
+  /// The last renewal has had too few blocks.
+  [[nodiscard]] bool is_full() const noexcept { return is_full_; }
+  /// Work since the last call, in kScreenOfUnit of a unit.
+  [[nodiscard]] std::uint32_t take_work() noexcept {
+    const std::uint32_t work = work_;
+    work_ = 0;
+    return work;
+  }
+
+ private:
+  /// A triangle of A, along its axes, and what its planes are measured from.
+  struct alignas(64) Row {
+    Vec3 corner[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
+    Vec3 origin_w = Vec3::Zero();
+    std::uint32_t piece = 0;
+    std::uint32_t near = kNoFacet, far = kNoFacet;  ///< blocks of facets near, and of the others
+    float rounding_m = 0;                           ///< of a gap of its blocks
+  };
+  struct Lost {
+    float gap_m = 0;
+    std::uint32_t row = 0, block = 0, lane = 0;
+  };
+  /// A pair whose plane turns on the way: its plane at q, which it gets once p is there.
+  struct Turned {
+    std::uint32_t row = 0, block = 0, lane = 0, facet = 0;
+    Vec3 normal_w = Vec3::Zero();
+  };
+  /// A row at a pose.
+  struct Placed {
+    Vec3 corner_w[3];
+  };
+  struct Plane {
+    Vec3 normal_w = Vec3::Zero();
+    Real gap_p_m = 0, gap_q_m = 0;
+    [[nodiscard]] Real worth_m() const noexcept { return gap_p_m < gap_q_m ? gap_p_m : gap_q_m; }
+  };
+  /// A row and a facet between which a plane is looked for, with a gap of `need_m` at p, and at q
+  /// where that is given.
+  struct Between {
+    std::uint32_t row = 0, facet = 0;
+    const GripPose* p = nullptr;
+    const GripPose* q = nullptr;
+    const Placed* at_p = nullptr;
+    const Placed* at_q = nullptr;
+    Real need_m = 0;
+  };
+  /// Planes that were tried between two facets.
+  struct Tried {
+    Plane best;       ///< at both ends
+    WayEnds of_a;     ///< the face of A's triangle at either end
+    WayEnds closest;  ///< the directions between closest points
+    WayEnds ends;     ///< the best at either end
+  };
+  /// A list of blocks that is being filled.
+  struct Chain {
+    std::uint32_t* first = nullptr;
+    std::uint32_t used = kFloatLanes;  ///< of its first block
+    float least_m = 3.0e38f;
+  };
+  /// A row that is looked up.
+  struct LookUp {
+    Placed at;
+    bool moves = false;  ///< its origin is another one
+    Real range_m = 0, least_m = 0;
+    Real others_m = 0;  ///< what is in no list is no nearer
+    std::uint32_t found = 0;
+    Chain near, far;
+  };
+
+  [[nodiscard]] static Vec3 middle_of(const Placed& at) noexcept;
+  [[nodiscard]] static Real radius_of(const Placed& at) noexcept;
+  [[nodiscard]] static bool is_far_from_origin(const Row& row, const Placed& at,
+                                               Real range_m) noexcept;
+  void set_rounding(std::uint32_t number, const Placed& at, Real range_m) noexcept;
+  [[nodiscard]] std::span<const Vec3> corners_of(std::uint32_t facet) const noexcept {
+    return corners_w_.subspan(facets_[facet].begin, facets_[facet].count);
+  }
+  [[nodiscard]] Real gap_along(const Vec3& normal_w, const Placed& at,
+                               std::uint32_t facet) const noexcept;
+  [[nodiscard]] Placed placed(const Row& row, const GripPose& p) const noexcept;
+  [[nodiscard]] bool find_plane(const Between& between, Tried& tried) noexcept;
+  [[nodiscard]] bool find_closest(const Placed& at, const Between& between, Tried& tried) noexcept;
+  Plane try_plane(const Vec3& normal_w, const Between& between, Tried& tried) const noexcept;
+  [[nodiscard]] Vec3 closest_w(const Placed& at, std::uint32_t facet) const noexcept;
+  [[nodiscard]] bool turns_past(const Row& row, Real lever_m, const Way& way, const Tried& tried,
+                                Vec3& normal_q_w) const noexcept;
+  void write(ScreenBlock& block, std::uint32_t lane, const Row& row, std::uint32_t facet,
+             const Vec3& normal_w) const noexcept;
+  [[nodiscard]] bool append(const Row& row, Chain& chain, std::uint32_t facet, const Vec3& normal_w,
+                            Real gap_m) noexcept;
+  void clear_lane(ScreenBlock& block, std::uint32_t lane) const noexcept;
+  void drop(Row& row, std::uint32_t facet) noexcept;
+  void keep_listed(std::uint32_t number, LookUp& look) noexcept;
+  void add_found(std::uint32_t number, const GripPose& p, const NearPairs& taken,
+                 LookUp& look) noexcept;
+  void put(const Row& row, LookUp& look, std::uint32_t facet, const Vec3& normal_w,
+           Real gap_m) noexcept;
+  void look_up(std::uint32_t row, const GripPose& p, Real range_m, Real least_m,
+               const NearPairs& taken) noexcept;
+  void shed() noexcept;
+  void sweep_row(std::uint32_t row, const GripPose& q, const GripPose* p, float need_m) noexcept;
+  [[nodiscard]] Real excess_m(std::uint32_t row, const Way& way) const noexcept;
+  [[nodiscard]] FloatLanes gaps(const ScreenBlock& block,
+                                const float (&corner)[3][4]) const noexcept {
+    const FloatLanes n0 = load_floats(block.normal[0]), n1 = load_floats(block.normal[1]),
+                     n2 = load_floats(block.normal[2]);
+    const auto height = [&](const float* c) {
+      return (n0 * all_lanes(c[0]) + n1 * all_lanes(c[1])) + n2 * all_lanes(c[2]);
+    };
+    return smaller(height(corner[0]), smaller(height(corner[1]), height(corner[2]))) -
+           load_floats(block.height_m);
+  }
+
+  // Of the scene.
+  std::span<Row> rows_;
+  std::span<Vec3> normal_a_;            ///< by row, A's axes
+  std::span<std::uint32_t> row_begin_;  ///< by piece of A, and the end
+  std::span<StaticFacet> facets_;
+  std::span<Vec3> corners_w_;  ///< of the facets
+  FacetTree tree_;
+  struct alignas(32) Group {
+    float x[kFloatLanes];
+  };
+  [[nodiscard]] static float& of(std::span<Group> list, std::uint32_t row) noexcept {
+    return list[row / kFloatLanes].x[row % kFloatLanes];
+  }
+  // By row.
+  std::span<Group> lever_m_;                 ///< about the grip point
+  std::span<Group> slack_m_;                 ///< nothing that is not listed is nearer at p
+  std::span<Group> least_m_, beyond_m_;      ///< smallest gap at p, of those near, of the others
+  std::span<Group> least_q_m_, beyond_q_m_;  ///< the same at q of the last sweep
+  // Lists.
+  std::span<ScreenBlock> blocks_;
+  BoundedList<std::uint32_t> free_;
+  std::span<std::uint32_t> found_, mark_;  ///< by facet: those that a query has found
+  std::uint32_t stamp_ = 0;
+  BoundedList<Lost> lost_;
+  BoundedList<Turned> turned_;
+  std::uint32_t searched_ = 0;  ///< of them
+  float worst_m_ = 0;           ///< least gap of the others
+  float need_m_ = 0;            ///< what the last sweep asked for
+  bool overflowed_ = false;     ///< not all that were lost are in it
+  BoundedList<ScreenMiss> misses_;
+  GripPose q_;            ///< of least_q_m_
+  bool q_known_ = false;  ///< these hold there
+  bool q_done_ = false;   ///< and nothing is lost there
+  bool settled_ = true;
+  Real clear_m_ = 0, nearest_m_ = 0;
+  Real lever_most_m_ = 0;  ///< of all rows
+  Real most_range_m_ = 0;  ///< of lists
+  Real range_m_ = 0;       ///< of those made last
+  bool is_full_ = false;   ///< blocks have run out
+  std::uint32_t work_ = 0;
+};
+
+}  // namespace haptic

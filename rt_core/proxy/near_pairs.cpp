@@ -1,0 +1,600 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_core/proxy/near_pairs.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "rt_core/contact/c_face_plane.hpp"
+#include "rt_core/contact/piece_sphere.hpp"
+#include "rt_core/proxy/edge_lines.hpp"
+
+namespace haptic {
+namespace {
+
+/// Normals whose tips are no farther apart than this are one direction.
+constexpr Real kSameDirection = 1.0e-3_r;
+/// Gaps below this share of the range of a list count as that where groups are joined.
+constexpr Real kLeastJoinRoom = 1.0e-3_r;
+/// Facets nearer along their planes than this share of the range are asked for their nearest edges.
+constexpr Real kLineShare = 1.0e-2_r;
+/// Roundings of what a motion takes, in those of the whole motion.
+constexpr Real kTakenRounding = 16;
+
+/// Order of a heap with the farthest pair on its top.
+constexpr auto is_nearer = [](const auto& l, const auto& r) {
+  return l.rank_m < r.rank_m || (l.rank_m == r.rank_m && l.pair > r.pair);
+};
+
+Real sphere_distance(const PieceSphere& a_w, const PieceSphere& b_w) noexcept {
+  const Real between = std::sqrt((a_w.centre - b_w.centre).squaredNorm());
+  const Real size = std::sqrt(a_w.centre.squaredNorm()) + std::sqrt(b_w.centre.squaredNorm()) +
+                    a_w.radius_m + b_w.radius_m;
+  return between - (a_w.radius_m + b_w.radius_m) - 32 * kRealEpsilon * size;
+}
+
+}  // namespace
+
+Real taken_m(const LeftOut& left, const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
+  const Real far = std::sqrt(dx_m.squaredNorm());
+  const Real turn = std::sqrt(dtheta_rad.squaredNorm());
+  const Real by_reach_m = left.reach_m * (std::sqrt(left.normal_w.cross(dtheta_rad).squaredNorm()) +
+                                          std::sqrt(left.spread.squaredNorm()) * turn);
+  const Real by_moment_m =
+      left.moment_spread_m.dot(dtheta_rad.cwiseAbs()) - left.moment_m.dot(dtheta_rad);
+  return left.spread.dot(dx_m.cwiseAbs()) - left.normal_w.dot(dx_m) +
+         std::min(by_reach_m, by_moment_m) + left.reach_m * kTurnBend * turn * turn +
+         kTakenRounding * kRealEpsilon * (far + left.reach_m * turn + std::abs(left.gap_m));
+}
+
+void follow(LeftOut& left, const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
+  left.gap_m -= taken_m(left, dx_m, dtheta_rad);
+  const Real turn = std::sqrt(dtheta_rad.squaredNorm());
+  left.moment_spread_m += Vec3::Constant(left.reach_m * turn * (1 + 4 * kRealEpsilon));
+}
+
+LeftOut joined(const LeftOut& left, const LeftOut& other) noexcept {
+  const auto join = [](const Vec3& a, const Vec3& a_spread, const Vec3& b, const Vec3& b_spread,
+                       Real size, Vec3& middle, Vec3& spread) {
+    const Vec3 low = (a - a_spread).cwiseMin(b - b_spread);
+    const Vec3 high = (a + a_spread).cwiseMax(b + b_spread);
+    middle = (low + high) / 2;
+    spread = (high - low) / 2 + Vec3::Constant(4 * kRealEpsilon * size);
+  };
+  LeftOut both;
+  both.reach_m = std::max(left.reach_m, other.reach_m);
+  both.gap_m = std::min(left.gap_m, other.gap_m);
+  join(left.normal_w, left.spread, other.normal_w, other.spread, 1, both.normal_w, both.spread);
+  join(left.moment_m, left.moment_spread_m, other.moment_m, other.moment_spread_m, both.reach_m,
+       both.moment_m, both.moment_spread_m);
+  return both;
+}
+
+void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots,
+                      bool screened) noexcept {
+  pairs_ = arena.take<NearPair>(slots);
+  listed_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
+  free_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
+  table_ = arena.take<std::uint32_t>(std::bit_ceil(4 * std::size_t{slots}));
+  if (screened) return;
+  const std::uint32_t of_a = scene.bodies()[0].piece_count;
+  const auto pieces = static_cast<std::uint32_t>(scene.pieces().size());
+  // Spheres round facets are mostly empty, and so are those round the bars and plates of which a
+  // scene has more pairs than slots.
+  const bool overflows = scene.pair_count() > slots;
+  const bool boxed = scene.has_facets() || overflows;
+  tree_a_.place(arena, of_a, boxed);
+  tree_b_.place(arena, pieces - of_a, boxed);
+  spheres_ = arena.take<PieceSphere>(pieces);
+  if (boxed) {
+    boxes_ = arena.take<PieceBox>(pieces);
+    if (scene.has_facets()) flat_ = arena.take<FlatPiece>(pieces);
+    placed_ = arena.take<PlacedBox>(2 * std::size_t{of_a} - 1);
+  }
+  changed_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
+  at_ = arena.take<Place>(1);
+  waiting_ = arena.take<NodePair>(kMostWaiting);
+  found_ = BoundedList<Found>(arena.take<Found>(slots));
+  left_out_ = BoundedList<LeftOut>(arena.take<LeftOut>(overflows ? kMostLeftOut : 0));
+  leaving_ = BoundedList<LeftOut>(arena.take<LeftOut>(overflows ? kMostLeftOut : 0));
+}
+
+void NearPairs::read_scene(const SceneView& scene) noexcept {
+  scene_ = &scene;
+  if (spheres_.empty()) return reset();
+  const std::uint32_t of_a = scene.bodies()[0].piece_count;
+  for (std::uint32_t i = 0; i < spheres_.size(); ++i) {
+    const PieceRecord& piece = scene.pieces()[i];
+    PieceSphere& sphere = spheres_[i];
+    sphere.centre = piece_centre(piece);
+    sphere.radius_m = static_cast<Real>(piece.radius_m) * (1 + 4 * kRealEpsilon);
+    Vec3 reference = Vec3::Zero();
+    if (i >= of_a) {
+      const BodyRecord& body = scene.bodies()[piece.body];
+      for (int k = 0; k < 3; ++k) reference[k] = static_cast<Real>(body.reference_m[k]);
+      sphere.centre += reference;
+    }
+    if (boxes_.empty()) continue;
+    const PieceView view = scene.piece(i);
+    Vec3 low = view.vertex(0), high = low;
+    for (std::uint32_t v = 1; v < view.vertex_count; ++v) {
+      low = low.cwiseMin(view.vertex(v));
+      high = high.cwiseMax(view.vertex(v));
+    }
+    boxes_[i] = {0.5_r * (low + high) + reference, 0.5_r * (high - low)};
+    if (flat_.empty()) continue;
+    flat_[i] = FlatPiece{};
+    if (!view.is_facet()) continue;
+    flat_[i] = {view.plane_normal(0), view.plane_offset(0), view.vertices, view.vertex_count,
+                reference};
+  }
+  const std::size_t boxed_a = boxes_.empty() ? 0 : of_a;
+  tree_a_.build(spheres_.first(of_a), boxes_.first(boxed_a));
+  tree_b_.build(spheres_.subspan(of_a), boxes_.subspan(boxed_a));
+  reset();
+}
+
+void NearPairs::reset() noexcept {
+  listed_.clear();
+  changed_.clear();
+  free_.clear();
+  for (auto slot = static_cast<std::uint32_t>(pairs_.size()); slot > 0; --slot) {
+    pairs_[slot - 1] = {};
+    static_cast<void>(free_.push(slot - 1));
+  }
+  for (std::uint32_t& entry : table_) entry = 0;
+  list_ = begun_lists_ = 0;
+  for (PlacedBox& placed : placed_) placed.list = 0;
+  begun_ = overflowed_ = false;
+  least_share_ = 1;
+  if (!at_.empty()) at_[0] = Place{};
+  left_out_.clear();
+  clear_until_m_ = -std::numeric_limits<double>::max();
+}
+
+/// Where the table has a pair at the earliest.
+std::uint32_t NearPairs::place_of(PairIndex pair) const noexcept {
+  const auto mask = static_cast<std::uint32_t>(table_.size() - 1);
+  const auto folded = static_cast<std::uint32_t>(pair ^ pair >> 32);
+  return (folded * 0x9e3779b9u) >> 7 & mask;
+}
+
+/// Where the table has a pair, or would have it.
+const std::uint32_t* NearPairs::entry_of(PairIndex pair) const noexcept {
+  const auto mask = static_cast<std::uint32_t>(table_.size() - 1);
+  std::uint32_t at = place_of(pair);
+  while (table_[at] != 0 && pairs_[table_[at] - 1].pair != pair) at = (at + 1) & mask;
+  return &table_[at];
+}
+std::uint32_t* NearPairs::entry_of(PairIndex pair) noexcept {
+  return const_cast<std::uint32_t*>(std::as_const(*this).entry_of(pair));
+}
+
+std::uint32_t NearPairs::add(std::uint32_t piece_a, std::uint32_t piece_b, Real gap_m) noexcept {
+  const PairIndex pair = scene_->find_pair(piece_a, scene_->bodies()[0].piece_count + piece_b);
+  std::uint32_t& entry = *entry_of(pair);
+  if (entry != 0) return entry - 1;
+  if (free_.empty()) return kNoSlot;
+  const std::uint32_t slot = free_[free_.size() - 1];
+  free_.truncate(free_.size() - 1);
+  list_ = 1;
+  pairs_[slot] = {pair, gap_m, list_, false, false};
+  static_cast<void>(listed_.push(slot));
+  entry = slot + 1;
+  return slot;
+}
+
+void NearPairs::remove(std::uint32_t slot) noexcept {
+  const auto mask = static_cast<std::uint32_t>(table_.size() - 1);
+  auto hole = static_cast<std::uint32_t>(entry_of(pairs_[slot].pair) - table_.data());
+  // What has been put behind it moves up.
+  for (std::uint32_t at = (hole + 1) & mask; table_[at] != 0; at = (at + 1) & mask) {
+    const std::uint32_t earliest = place_of(pairs_[table_[at] - 1].pair);
+    if (((at - earliest) & mask) < ((at - hole) & mask)) continue;
+    table_[hole] = table_[at];
+    hole = at;
+  }
+  table_[hole] = 0;
+  pairs_[slot].listed = 0;
+  static_cast<void>(free_.push(slot));
+  std::uint32_t kept = 0;
+  for (const std::uint32_t other : listed_) {
+    if (other != slot) listed_[kept++] = other;
+  }
+  listed_.truncate(kept);
+}
+
+void NearPairs::fill_table() noexcept {
+  std::fill(table_.begin(), table_.end(), 0u);
+  for (std::uint32_t slot = 0; slot < pairs_.size(); ++slot) {
+    if (pairs_[slot].listed == 0) continue;
+    *entry_of(pairs_[slot].pair) = slot + 1;
+  }
+}
+
+/// The box of a node of A, placed once in a list.
+const PieceBox& NearPairs::box_w(std::uint32_t node_a) noexcept {
+  PlacedBox& placed = placed_[node_a];
+  if (placed.list != begun_lists_) {
+    const PieceBox& box = tree_a_.box(node_a);
+    placed = {{at_[0].p.r_wa * box.middle + at_[0].p.x0_w, at_[0].turn_abs * box.half},
+              begun_lists_};
+  }
+  return placed.box_w;
+}
+
+/// What a node of A has of the range: the share of the radius that its lever has, or the least.
+Real NearPairs::share_of(std::uint32_t node_a) const noexcept {
+  const Place& at = at_[0];
+  if (!(at.least_share < 1)) return 1;
+  const PieceSphere& sphere = tree_a_.node(node_a).sphere;
+  const Real lever_m = std::sqrt(sphere.centre.squaredNorm()) + sphere.radius_m;
+  return std::clamp(lever_m * (1 + 4 * kRealEpsilon) / at.radius_m, at.least_share, Real{1});
+}
+
+/// Whether the pieces of two nodes are farther apart than a share of the range: their spheres are,
+/// or where there are boxes these are, along the axes of either. Of two leaves within it `gap_m` is
+/// the lower bound that says so.
+bool NearPairs::is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real share,
+                          Real& gap_m) noexcept {
+  const Place& at = at_[0];
+  const PieceNode &a = tree_a_.node(node_a), &b = tree_b_.node(node_b);
+  if (boxes_.empty()) {
+    gap_m = sphere_distance({at.p.r_wa * a.sphere.centre + at.p.x0_w, a.sphere.radius_m}, b.sphere);
+    if (gap_m > share * range_m_) left_m_ = std::min(left_m_, gap_m / share);
+    return gap_m > share * range_m_;
+  }
+  const Real limit_m = share * range_m_ + at.rounding_m;
+  const auto squared = [](const Vec3& between, const Vec3& halves) {
+    return (between.cwiseAbs() - halves).cwiseMax(Vec3::Zero()).squaredNorm();
+  };
+  const PieceBox &a_w = box_w(node_a), &b_w = tree_b_.box(node_b);
+  const Vec3 between_w = a_w.middle - b_w.middle;
+  Real apart2 = squared(between_w, a_w.half + b_w.half);
+  if (apart2 <= limit_m * limit_m) {
+    apart2 = std::max(apart2, squared(at.turn_back * between_w,
+                                      tree_a_.box(node_a).half + at.turn_back_abs * b_w.half));
+  }
+  if (apart2 > limit_m * limit_m) {
+    left2_ = std::min(left2_, apart2 / (share * share));
+    return true;
+  }
+  if (a.count == 1 && b.count == 1) gap_m = std::sqrt(apart2) - at.rounding_m;
+  return false;
+}
+
+/// A better lower bound of the gap between two facets than `gap_m`: of the plane of each; as far as
+/// it takes to be above `limit_m`.
+Real NearPairs::facet_gap(std::uint32_t piece_a, std::uint32_t piece_b, Real gap_m,
+                          Real limit_m) const noexcept {
+  if (flat_.empty()) return gap_m;
+  const FlatPiece &a = flat_[piece_a], &b = flat_[piece_b];
+  if (a.corner_count == 0 || b.corner_count == 0) return gap_m;
+  const Place& at = at_[0];
+  const Vec3 between_w = at.p.x0_w - b.reference_m;
+  const auto beyond = [&](const FlatPiece& piece, const Vec3& normal, Real offset_m) {
+    Real least = std::numeric_limits<Real>::max(), most = -least;
+    for (std::uint32_t v = 0; v < piece.corner_count; ++v) {
+      const Real height = normal.dot(ConstVec3Map(piece.corners + 3 * std::size_t{v})) + offset_m;
+      least = std::min(least, height);
+      most = std::max(most, height);
+    }
+    return std::max(least, -most) - at.rounding_m;
+  };
+  gap_m = std::max(gap_m, beyond(a, at.turn_back * b.normal, b.normal.dot(between_w) - b.offset_m));
+  if (gap_m > limit_m) return gap_m;
+  const Vec3 normal_w = at.p.r_wa * a.normal;
+  return std::max(gap_m, beyond(b, normal_w, -normal_w.dot(between_w) - a.offset_m));
+}
+
+void NearPairs::begin(const GripPose& p, double odometer_m, Real range_m, Real least_share,
+                      Real radius_m) noexcept {
+  begun_ = true;
+  begun_lists_ += 1;
+  const Mat3 back = p.r_wa.transpose();
+  const PieceSphere &all_a = tree_a_.node(0).sphere, &all_b = tree_b_.node(0).sphere;
+  const Real size_m = p.x0_w.cwiseAbs().sum() + all_a.radius_m + all_b.radius_m +
+                      std::sqrt(all_a.centre.squaredNorm()) + std::sqrt(all_b.centre.squaredNorm());
+  at_[0] = {p,        p.r_wa.cwiseAbs(), back, back.cwiseAbs(), 64 * kRealEpsilon * size_m,
+            radius_m, least_share};
+  odometer_m_ = odometer_m;
+  range_m_ = range_m;
+  left_m_ = left2_ = std::numeric_limits<Real>::max();
+  waiting_[0] = NodePair{};
+  waiting_count_ = 1;
+  visited_ = 0;
+  found_.clear();
+  leaving_.clear();
+  refining_ = leaves_pairs_ = false;
+  refined_ = 0;
+}
+
+/// There is no room for all pairs within the range: a lower bound of the gap of this one that is as
+/// good as a face of either piece makes it, or as it takes to be above the range.
+void NearPairs::refine(Found& found) noexcept {
+  const GripPose& p = at_[0].p;
+  const PairView view = scene_->pair(found.pair);
+  const BodyRecord& body = scene_->bodies()[view.b.record->body];
+  Vec3 y_w = p.x0_w;
+  for (int k = 0; k < 3; ++k) y_w[k] -= static_cast<Real>(body.reference_m[k]);
+  const Real rounding_m = gap_rounding(view, y_w);
+  found.along_m = -std::numeric_limits<Real>::max();
+  const auto improve = [&](const PlaneGap& gap) {
+    visited_ += kListVisitsOfUnit;
+    if (!gap.defined || !(gap.gap_m - rounding_m > found.along_m)) return;
+    found.along_m = gap.gap_m - rounding_m;
+    found.normal_w = gap.normal_w;
+  };
+  SupportPair support{};
+  const auto ask = [&](ContactType type, std::uint32_t count) {
+    for (std::uint32_t f = 0; f < count && !(found.along_m > range_m_); ++f) {
+      PlaneId id;
+      id.type = type;
+      (type == ContactType::kA ? id.i : id.j) = static_cast<std::uint16_t>(f);
+      visited_ += 1;
+      if (face_bound(view, p.r_wa, y_w, id, support) < found.along_m) continue;
+      const PlaneGap gap = plane_gap(view, p.r_wa, y_w, id, support);
+      support = gap.support;
+      improve(gap);
+    }
+  };
+  ask(ContactType::kB, plane_count(*view.b.record));
+  // A solid of many faces is mostly apart from a facet along the planes of that.
+  const std::uint32_t of_a = plane_count(*view.a.record);
+  const bool is_apart = view.b.is_facet() && found.along_m > 0;
+  if (of_a <= kFewFaces || !is_apart) ask(ContactType::kA, of_a);
+  if (kSceneTraits.facets && found.along_m < kLineShare * range_m_) ask_edges(found, view, y_w);
+  found.rank_m = found.gap_m = std::max(found.gap_m, found.along_m);
+}
+
+/// Facets side by side look near along their planes: the line between their nearest edges tells how
+/// far apart they are.
+void NearPairs::ask_edges(Found& found, const PairView& view, const Vec3& y_w) noexcept {
+  const std::uint32_t lines = view.a.edge_count * view.b.edge_count;
+  if (!view.has_facet() || lines > kMostEdgeLines) return;
+  const Mat3& r_wa = at_[0].p.r_wa;
+  visited_ += lines + 2 * kListVisitsOfUnit;
+  Vec3 nearest_w = Vec3::Zero();
+  Real length2 = std::numeric_limits<Real>::max();
+  for (std::uint32_t i = 0; i < view.a.edge_count; ++i) {
+    for (std::uint32_t j = 0; j < view.b.edge_count; ++j) {
+      const Vec3 line_w = line_between_edges_m(view, r_wa, y_w, i, j);
+      if (!(line_w.squaredNorm() < length2)) continue;
+      nearest_w = line_w;
+      length2 = line_w.squaredNorm();
+    }
+  }
+  const Real length = std::sqrt(length2);
+  if (!(length > 0) || !(length > found.along_m)) return;
+  const DirectionGap gap = direction_gap(view, r_wa, y_w, nearest_w / length, {});
+  const Real along_m = gap.gap_m - gap_rounding(view, y_w);
+  if (!(along_m > found.along_m)) return;
+  found.along_m = along_m;
+  found.normal_w = gap.normal_w;
+}
+
+/// The list is full: of the pairs that it holds, one after the other, a better gap. Then those
+/// beyond the range leave it.
+void NearPairs::refine_next() noexcept {
+  refine(found_[refined_]);
+  if (++refined_ < found_.size()) return;
+  std::uint32_t kept = 0;
+  for (const Found& found : found_) {
+    if (found.gap_m > range_m_) {
+      left_m_ = std::min(left_m_, found.gap_m);
+    } else {
+      found_[kept++] = found;
+    }
+  }
+  found_.truncate(kept);
+  refined_ = found_.capacity();
+  if (found_.size() == found_.capacity()) std::make_heap(found_.begin(), found_.end(), is_nearer);
+}
+
+bool NearPairs::go_on(std::uint32_t most_visits, double odometer_m, Real least_m) noexcept {
+  const std::uint32_t of_a = scene_->bodies()[0].piece_count;
+  const std::uint32_t begin = visited_;
+  while (waiting_count_ > 0 || has_to_refine()) {
+    if (visited_ - begin >= most_visits) return false;
+    if (has_to_refine()) {
+      refine_next();
+      continue;
+    }
+    const NodePair next = waiting_[--waiting_count_];
+    visited_ += 1;
+    const PieceNode& a = tree_a_.node(next.a);
+    const PieceNode& b = tree_b_.node(next.b);
+    Real gap_m = 0;
+    const Real share = share_of(next.a);
+    if (is_beyond(next.a, next.b, share, gap_m)) continue;
+    if (a.count == 1 && b.count == 1) {
+      const PairIndex pair = scene_->find_pair(tree_a_.piece(a), of_a + tree_b_.piece(b));
+      if (pair == kNoPair) continue;
+      const bool is_short = found_.size() == found_.capacity() && !(found_[0].rank_m > least_m);
+      if (is_short && !refining_ && may_leave_out()) {
+        refining_ = true;
+        waiting_[waiting_count_++] = next;
+        continue;
+      }
+      const Real limit_m = share * range_m_;
+      const Real closer = facet_gap(tree_a_.piece(a), of_a + tree_b_.piece(b), gap_m, limit_m);
+      if (closer > limit_m) {
+        left_m_ = std::min(left_m_, closer / share);
+      } else {
+        take({pair, closer, closer / share, 0, Vec3::Zero()});
+      }
+    } else if (b.count == 1 || (a.count > 1 && a.sphere.radius_m > b.sphere.radius_m)) {
+      waiting_[waiting_count_++] = {a.child + 1, next.b};
+      waiting_[waiting_count_++] = {a.child, next.b};
+    } else {
+      waiting_[waiting_count_++] = {next.a, b.child + 1};
+      waiting_[waiting_count_++] = {next.a, b.child};
+    }
+  }
+  finish(odometer_m);
+  return true;
+}
+
+/// Takes a pair into the list that is begun; where that is full, in place of the farthest.
+void NearPairs::take(Found found) noexcept {
+  if (is_refining()) {
+    refine(found);
+    if (found.gap_m > range_m_) {
+      left_m_ = std::min(left_m_, found.gap_m);
+      return;
+    }
+  }
+  if (found_.push(found)) {
+    if (found_.size() == found_.capacity()) std::make_heap(found_.begin(), found_.end(), is_nearer);
+    return;
+  }
+  leaves_pairs_ = true;
+  const Found farthest = found_[0];
+  const bool has_farther = farthest.rank_m > found.rank_m;
+  if (is_refining()) {
+    leave_out(has_farther ? farthest : found);
+  } else {
+    left_m_ = std::min(left_m_, has_farther ? farthest.rank_m : found.rank_m);
+    range_m_ = std::min(range_m_, farthest.rank_m);
+  }
+  if (!has_farther) return;
+  std::pop_heap(found_.begin(), found_.end(), is_nearer);
+  found_[found_.size() - 1] = found;
+  std::push_heap(found_.begin(), found_.end(), is_nearer);
+}
+
+/// A pair that has no slot, as a group of its own.
+LeftOut NearPairs::left_out_of(const Found& found) const noexcept {
+  const std::uint32_t piece = scene_->pair(found.pair).record.piece_a;
+  const Vec3& n = found.normal_w;
+  const Vec3 across = (Vec3::Ones() - n.cwiseAbs2()).cwiseMax(Vec3::Zero()).cwiseSqrt();
+  LeftOut left;
+  left.normal_w = n;
+  left.reach_m = static_cast<Real>(scene_->pieces()[piece].reach_m) * (1 + kRealEpsilon);
+  left.gap_m = found.along_m;
+  left.moment_m = (at_[0].p.r_wa * spheres_[piece].centre).cross(n);
+  left.moment_spread_m =
+      spheres_[piece].radius_m * across + Vec3::Constant(16 * kRealEpsilon * left.reach_m);
+  return left;
+}
+
+/// A pair within the range that has no slot: with those along whose faces it is apart in about the
+/// same direction.
+void NearPairs::leave_out(const Found& found) noexcept {
+  if (!may_leave_out() || found.normal_w.isZero(0)) {
+    left_m_ = std::min(left_m_, found.gap_m);
+    return;
+  }
+  LeftOut next = left_out_of(found);
+  // Of the groups, `next` among them, those two are one from now on that leave a motion along their
+  // faces most room: its share that their box takes, over their gap.
+  struct Joint {
+    std::uint32_t into = 0;
+    Real cost = std::numeric_limits<Real>::max();
+  };
+  const auto best_for = [&](const LeftOut& group, std::uint32_t count) {
+    Joint best;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const LeftOut both = joined(leaving_[k], group);
+      const Real room_m = std::max(both.gap_m, kLeastJoinRoom * range_m_);
+      const Real cost = both.spread.squaredNorm() / (room_m * room_m);
+      if (cost < best.cost) best = {k, cost};
+    }
+    return best;
+  };
+  Joint best = best_for(next, leaving_.size());
+  const bool is_known =
+      leaving_.size() > 0 &&
+      joined(leaving_[best.into], next).spread.squaredNorm() <= kSameDirection * kSameDirection;
+  if (!is_known && leaving_.push(next)) return;
+  // A list that is finished has no more visits to spend.
+  if (!is_known && begun_) {
+    visited_ += kJoinVisits;
+    std::uint32_t freed = leaving_.size();
+    for (std::uint32_t k = 1; k < leaving_.size(); ++k) {
+      const Joint other = best_for(leaving_[k], k);
+      if (!(other.cost < best.cost)) continue;
+      best = other;
+      freed = k;
+    }
+    if (freed < leaving_.size()) std::swap(next, leaving_[freed]);
+  }
+  leaving_[best.into] = joined(leaving_[best.into], next);
+}
+
+void NearPairs::follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
+  for (LeftOut& left : left_out()) haptic::follow(left, dx_m, dtheta_rad);
+}
+
+/// The list that was begun takes the place of the one before.
+void NearPairs::finish(double odometer_m) noexcept {
+  begun_ = false;
+  least_share_ = at_[0].least_share;
+  overflowed_ = leaves_pairs_;
+  list_ += 1;
+  for (NearPair& pair : pairs_) {
+    pair.changed = false;
+    if (pair.pinned) pair.listed = list_;
+  }
+  fill_table();
+  std::uint32_t others = 0;  // pairs that have no slot yet come first
+  for (const Found& found : found_) {
+    const std::uint32_t known = *entry_of(found.pair);
+    if (known == 0) {
+      found_[others++] = found;
+      continue;
+    }
+    pairs_[known - 1].gap_m = found.gap_m;
+    pairs_[known - 1].listed = list_;
+  }
+  std::uint32_t cursor = 0;
+  for (std::uint32_t k = 0; k < others; ++k) put(found_[k], cursor);
+  listed_.clear();
+  changed_.clear();
+  for (std::uint32_t slot = 0; slot < pairs_.size(); ++slot) {
+    NearPair& pair = pairs_[slot];
+    pair.pinned = false;
+    if (pair.listed == list_) {
+      static_cast<void>(listed_.push(slot));
+    } else if (pair.listed != 0) {
+      pair.listed = 0;
+      pair.changed = true;
+      static_cast<void>(free_.push(slot));
+    }
+    if (pair.changed) static_cast<void>(changed_.push(slot));
+  }
+  if (left2_ < std::numeric_limits<Real>::max()) {
+    left_m_ = std::min(left_m_, std::sqrt(left2_) - at_[0].rounding_m / least_share_);
+  }
+  clear_until_m_ = odometer_m_ + static_cast<double>(left_m_);
+  // The part has gone on since the list was begun.
+  left_out_.clear();
+  const Real since_m = static_cast<Real>(odometer_m - odometer_m_) * (1 + kRealEpsilon);
+  for (LeftOut left : leaving_) {
+    left.gap_m -= since_m;
+    left.moment_spread_m += Vec3::Constant(since_m);
+    static_cast<void>(left_out_.push(left));
+  }
+}
+
+/// Puts a pair into a free slot, or that of a pair which is not in the list any more.
+void NearPairs::put(const Found& found, std::uint32_t& cursor) noexcept {
+  std::uint32_t slot = kNoSlot;
+  if (!free_.empty()) {
+    slot = free_[free_.size() - 1];
+    free_.truncate(free_.size() - 1);
+  } else {
+    while (cursor < pairs_.size() && pairs_[cursor].listed == list_) ++cursor;
+    if (cursor < pairs_.size()) slot = cursor;
+  }
+  if (slot == kNoSlot) {  // pairs that must stay have left no room
+    overflowed_ = true;
+    leave_out(found);
+    return;
+  }
+  pairs_[slot] = {found.pair, found.gap_m, list_, true, false};
+}
+
+}  // namespace haptic

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The pairs of pieces near each other, of all that there are: a list that holds every pair within
+/// a range and lasts until the part has come so far that another could have come near. What a pair
+/// needs lies in a slot of a pool while it is in the list, and nowhere else.
+
+#include <cstdint>
+#include <span>
+
+#include "rt_core/base/arena.hpp"
+#include "rt_core/base/bounded_list.hpp"
+#include "rt_core/base/pose.hpp"
+#include "rt_core/proxy/piece_tree.hpp"
+#include "rt_core/scene/proxy_limits.hpp"
+#include "rt_core/scene/scene_view.hpp"
+
+namespace haptic {
+
+/// A node of each of the two trees.
+struct NodePair {
+  std::uint32_t a = 0, b = 0;
+};
+/// Nodes of the two trees that wait to be looked at: each level of the trees leaves one behind.
+inline constexpr std::uint32_t kMostWaiting = 2 * 33 + 1;
+
+/// A pair in a slot.
+struct NearPair {
+  PairIndex pair = 0;        ///< of the scene
+  Real gap_m = 0;            ///< a lower bound of its gap where the list was begun
+  std::uint64_t listed = 0;  ///< the last list that it was in; 0: the slot is free
+  bool changed = false;      ///< by the last list
+  bool pinned = false;       ///< stays in the next list
+};
+
+/// Pairs within the range of a list that it has no slot for, those taken together whose best faces
+/// look about one way: along unit vectors n from B to A, fixed in W, no component of which differs
+/// from that of `normal_w` by more than `spread` says. The same of the moments r x n about the grip
+/// point, r any point of their pieces of A.
+struct LeftOut {
+  Vec3 normal_w = Vec3::Zero(), spread = Vec3::Zero();
+  Vec3 moment_m = Vec3::Zero(), moment_spread_m = Vec3::Zero();
+  Real reach_m = 0;  ///< lever of their pieces of A about the grip point, the largest
+  Real gap_m = 0;    ///< along those vectors, a lower bound
+};
+/// What both hold.
+[[nodiscard]] LeftOut joined(const LeftOut& left, const LeftOut& other) noexcept;
+/// Such groups of one list at most; a further one joins another, or two of them join.
+inline constexpr std::uint32_t kMostLeftOut = 16;
+
+/// A turn by theta moves a point of lever v by theta x v but for this times |v| theta^2, theta up
+/// to 1 rad: (1 - cos theta) and (theta - sin theta), over theta^2.
+inline constexpr Real kTurnBend = 2.0_r / 3;
+
+/// What a motion takes from the gap of a group at most, negative where it adds to it; no point of
+/// the way there takes more than the larger of this and zero.
+[[nodiscard]] Real taken_m(const LeftOut& left, const Vec3& dx_m, const Vec3& dtheta_rad) noexcept;
+
+/// The part has moved by so much.
+void follow(LeftOut& left, const Vec3& dx_m, const Vec3& dtheta_rad) noexcept;
+
+class NearPairs {
+ public:
+  /// `slots`: pairs that the list can hold.
+  /// `screened`: there will be no lists.
+  void place(Arena& arena, const SceneView& scene, std::uint32_t slots, bool screened) noexcept;
+  /// Builds the trees; `scene` outlives the list. Not for the servo loop.
+  void read_scene(const SceneView& scene) noexcept;
+  void reset() noexcept;
+
+  /// Begins a list of the pairs that are within `range_m` of each other at `p`; where they are more
+  /// than there are slots, of the nearest. Of a piece of A whose lever about the grip point is
+  /// shorter than the part's radius the range is by as much shorter, but no less than `least_share`
+  /// of it: so a list of a part that turns lasts. `radius_m`: of A about the grip point. Then
+  /// `odometer_m`, how far the part has come, has its way over that share, and what its radius
+  /// turns by. The list before stays until this one is finished, however far the part goes
+  /// meanwhile.
+  void begin(const GripPose& p, double odometer_m, Real range_m, Real least_share = 1,
+             Real radius_m = 0) noexcept;
+  [[nodiscard]] bool is_begun() const noexcept { return begun_; }
+  /// Goes on with the list that is begun; true: it is finished and takes the place of the one
+  /// before. Pairs of that which are in this one keep their slots; `changed` tells the slots that
+  /// hold another pair than before, or none any more. `odometer_m`: now. Where there are more pairs
+  /// than slots the range shrinks to that of the nearest; where that would be below `least_m`, the
+  /// nearest are those that their faces tell: spheres round long pieces overlap where these are far
+  /// apart. Cost: a node of one tree
+  /// with one of the other for each visit, a gap along a face for each kListVisitsOfUnit, and a
+  /// heap's height for each pair that there is no room for; at the end once all slots. The faces of
+  /// one pair may come on top of `most_visits`.
+  [[nodiscard]] bool go_on(std::uint32_t most_visits, double odometer_m, Real least_m) noexcept;
+  [[nodiscard]] std::span<const std::uint32_t> changed() const noexcept { return changed_.view(); }
+  /// Of a scene whose facets are screened (proxy/facet_screen.hpp) there are no lists: pairs come
+  /// and go one by one.
+  [[nodiscard]] bool has(std::uint32_t piece_a, std::uint32_t piece_b) const noexcept {
+    return *entry_of(scene_->find_pair(piece_a, scene_->bodies()[0].piece_count + piece_b)) != 0;
+  }
+  /// The slot of a pair, which need not have had one, `gap_m` a lower bound of its gap; kNoSlot:
+  /// all are taken. Cost: O(1).
+  [[nodiscard]] std::uint32_t add(std::uint32_t piece_a, std::uint32_t piece_b,
+                                  Real gap_m) noexcept;
+  /// A pair leaves its slot. Cost: O(slots in use).
+  void remove(std::uint32_t slot) noexcept;
+  static constexpr std::uint32_t kNoSlot = UINT32_MAX;
+
+  /// The pair of this slot stays in the next list, however far it is.
+  void pin(std::uint32_t slot) noexcept { pairs_[slot].pinned = true; }
+
+  /// There may be such pairs: of a scene of solids with more pairs than slots.
+  [[nodiscard]] bool may_leave_out() const noexcept {
+    return kSceneTraits.many_pairs && left_out_.capacity() > 0;
+  }
+  /// The list had no slot for a pair within the range that it was asked for.
+  [[nodiscard]] bool overflowed() const noexcept { return overflowed_; }
+  /// The part has moved by so much.
+  void follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept;
+  /// Pairs near the part that the list has no slot for.
+  [[nodiscard]] std::span<const LeftOut> left_out() const noexcept {
+    return may_leave_out() ? left_out_.view() : std::span<const LeftOut>{};
+  }
+  [[nodiscard]] std::span<LeftOut> left_out() noexcept {
+    return may_leave_out() ? std::span{left_out_.begin(), left_out_.size()} : std::span<LeftOut>{};
+  }
+
+  /// Of the list that is begun, and of the one in use.
+  [[nodiscard]] Real begun_share() const noexcept { return at_[0].least_share; }
+  [[nodiscard]] Real least_share() const noexcept { return least_share_; }
+  /// What a motion may still be before a pair that is not in the list touches, by the odometer of
+  /// the list [m].
+  [[nodiscard]] Real unlisted_m(double odometer_m) const noexcept {
+    return static_cast<Real>(clear_until_m_ - odometer_m);
+  }
+  /// The slots in use.
+  [[nodiscard]] std::span<const std::uint32_t> slots() const noexcept { return listed_.view(); }
+  [[nodiscard]] const NearPair& operator[](std::uint32_t slot) const noexcept {
+    return pairs_[slot];
+  }
+  /// Nodes of the two trees that the list has looked at so far, each with one of the other.
+  [[nodiscard]] std::uint32_t visited() const noexcept { return visited_; }
+  [[nodiscard]] bool holds(std::uint32_t slot) const noexcept {
+    return pairs_[slot].listed == list_;
+  }
+
+ private:
+  /// A pair within the range of the list that is begun.
+  struct Found {
+    PairIndex pair = 0;
+    Real gap_m = 0;
+    Real rank_m = 0;               ///< over the share of its piece of A
+    Real along_m = 0;              ///< along `normal_w`, a lower bound
+    Vec3 normal_w = Vec3::Zero();  ///< of the face with the largest gap; zero: not asked for
+  };
+
+  struct Place {
+    GripPose p;
+    Mat3 turn_abs = Mat3::Identity();  ///< of p, by element
+    Mat3 turn_back = Mat3::Identity(),
+         turn_back_abs = Mat3::Identity();  ///< the same of its inverse
+    Real rounding_m = 0;                    ///< of a gap between boxes
+    Real radius_m = 0;                      ///< of A about the grip point
+    Real least_share = 1;                   ///< of the range
+  };
+  /// The box of a node of A, along the axes of W.
+  struct PlacedBox {
+    PieceBox box_w;
+    std::uint64_t list = 0;  ///< the last list that has asked for it
+  };
+
+  /// A piece that is a facet, as its plane and corners in its body's axes; no corners: it is not.
+  struct FlatPiece {
+    Vec3 normal = Vec3::Zero();
+    Real offset_m = 0;
+    const Real* corners = nullptr;
+    std::uint32_t corner_count = 0;
+    Vec3 reference_m = Vec3::Zero();  ///< of its body
+  };
+
+  void take(Found found) noexcept;
+  void refine(Found& found) noexcept;
+  void ask_edges(Found& found, const PairView& view, const Vec3& y_w) noexcept;
+  void refine_next() noexcept;
+  [[nodiscard]] bool is_refining() const noexcept { return may_leave_out() && refining_; }
+  [[nodiscard]] bool has_to_refine() const noexcept {
+    return is_refining() && refined_ < found_.size();
+  }
+  [[nodiscard]] LeftOut left_out_of(const Found& found) const noexcept;
+  void leave_out(const Found& found) noexcept;
+  void finish(double odometer_m) noexcept;
+  void put(const Found& found, std::uint32_t& cursor) noexcept;
+  [[nodiscard]] std::uint32_t place_of(PairIndex pair) const noexcept;
+  [[nodiscard]] const std::uint32_t* entry_of(PairIndex pair) const noexcept;
+  [[nodiscard]] std::uint32_t* entry_of(PairIndex pair) noexcept;
+  void fill_table() noexcept;
+  [[nodiscard]] Real facet_gap(std::uint32_t piece_a, std::uint32_t piece_b, Real gap_m,
+                               Real limit_m) const noexcept;
+  [[nodiscard]] Real share_of(std::uint32_t node_a) const noexcept;
+  [[nodiscard]] bool is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real share,
+                               Real& gap_m) noexcept;
+  [[nodiscard]] const PieceBox& box_w(std::uint32_t node_a) noexcept;
+
+  const SceneView* scene_ = nullptr;
+  PieceTree tree_a_, tree_b_;
+  std::span<PieceSphere> spheres_;            ///< of all pieces
+  std::span<PieceBox> boxes_;                 ///< of all pieces, where some are facets
+  std::span<FlatPiece> flat_;                 ///< the same
+  std::span<NearPair> pairs_;                 ///< by slot
+  BoundedList<std::uint32_t> listed_, free_;  ///< slots
+  BoundedList<std::uint32_t> changed_;
+  std::span<std::uint32_t> table_;  ///< slot + 1 by pair, open addressing; 0: none
+  std::uint64_t list_ = 0;          ///< counts the lists
+  double clear_until_m_ = 0;        ///< reading at which a pair that is not in it may touch
+  BoundedList<LeftOut> left_out_;   ///< of it, where a scene has more pairs than slots
+  bool overflowed_ = false;         ///< it had no slot for a pair within its range
+  Real least_share_ = 1;            ///< of its range
+
+  // The list that is begun.
+  bool begun_ = false;
+  std::span<Place> at_;          ///< one: where
+  std::span<PlacedBox> placed_;  ///< by node of A, where some pieces are facets
+  double odometer_m_ = 0;        ///< there
+  Real range_m_ = 0;
+  std::uint64_t begun_lists_ = 0;
+  Real left_m_ = 0, left2_ = 0;  ///< nearest pair that is not in it; squared, of those by boxes
+  std::span<NodePair> waiting_;
+  std::uint32_t waiting_count_ = 0;
+  std::uint32_t visited_ = 0;
+  BoundedList<Found> found_;  ///< once full a heap with the farthest on its top
+  BoundedList<LeftOut> leaving_;
+  bool refining_ = false;      ///< there are more than slots: gaps are asked along faces
+  bool leaves_pairs_ = false;  ///< for want of slots
+  std::uint32_t refined_ = 0;  ///< of `found_`
+};
+
+}  // namespace haptic

@@ -1,0 +1,482 @@
+// SPDX-License-Identifier: Apache-2.0
+// What certifies a step of the proxy: a plane of every near pair that has a gap at its end, and the
+// correction of a step that misses one by little.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "rt_core/base/rotation.hpp"
+#include "rt_core/proxy/proxy_step.hpp"
+#include "rt_core/proxy/way_gap.hpp"
+
+namespace haptic {
+namespace {
+
+/// By so much of the tolerance the rounding of a program may deepen a gap that is to stay.
+constexpr Real kKeptShare = 1.0e-3_r;
+/// A step is not shortened by more than this at once.
+constexpr Real kLeastShare = 1.0e-3_r;
+/// Roundings of how far a pair's vertices move along a direction, in those of the whole motion.
+constexpr Real kHeldRounding = 16;
+/// Of the pairs that lack a plane by their own so many are looked at in the order of what they
+/// lack, the worst first; and pairs that count as one unit when the next one is picked.
+constexpr std::uint32_t kMostPicks = 16, kPickedOfUnit = 128;
+/// Seats of a round in which none is free that count as one unit.
+constexpr std::uint32_t kSeatsOfUnit = 8;
+/// A step for whose pairs there are no slots is shortened to this share.
+constexpr Real kRefusedShare = 0.25_r;
+
+/// How deep a step may dip on its way, from a gap of `gap_p_m`.
+Real deepest_on_way(const ProxyScale& scale, Real gap_p_m) noexcept {
+  return std::min(-scale.tolerance_m, gap_p_m);
+}
+
+}  // namespace
+
+/// Lower bound of the gap of a pair on the way of `step`, from its gaps along directions at both
+/// ends.
+Real Proxy::path_gap(const ProxyPair& pair, const DirectionGap& at_p, const DirectionGap& at_q,
+                     const Step& step) const noexcept {
+  return gap_on_way_m({at_p.normal_w, at_q.normal_w, at_p.gap_m, at_q.gap_m}, pair.reach_a_m,
+                      step.dx_m, step.dtheta_rad);
+}
+
+/// The same along one plane of the pair.
+Real Proxy::path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
+                     const Step& step) const noexcept {
+  if (is_locked() || step.dtheta_rad.isZero(0)) return std::min(gap_p_m, at_q.gap_m);
+  const bool turns = at_q.id.type != ContactType::kB;
+  const Vec3 at_p = turns ? plane_normal(*pair.view, p_.r_wa, at_q.id) : at_q.normal_w;
+  return path_gap(pair, DirectionGap{at_p, gap_p_m, {}},
+                  DirectionGap{at_q.normal_w, at_q.gap_m, {}}, step);
+}
+
+/// Of the normals of the planes imposed in this pass, one that separates a pair of facets at the
+/// end of the step and dips least on the way there: where no plane of its own separates it from one
+/// end of the step to the other, since a part slides off a facet along its plane, and past the next
+/// one, which is no plane of that one's.
+Proxy::SharedGap Proxy::shared_gap(ReachedPair& reached, const Step& step, Real least_m,
+                                   ProxyTick& tick) const noexcept {
+  SharedGap best;
+  const ProxyPair& pair = pairs_[reached.pair];
+  if (!pair.view->has_facet()) return best;
+  const Real least_valid = -valid_depth(parameters_.scale);
+  std::uint32_t asked = 0;
+  for (const ImposedPlane& imposed : imposed_) {
+    if (imposed.pair == reached.pair) continue;
+    if (asked++ == kMaxSharedDirections) break;
+    const PairView& view = *pairs_[imposed.pair].view;
+    const auto gap_at = [&](const GripPose& pose) {
+      tick.plane_gaps += 1;
+      return direction_gap(*pair.view, pose.r_wa, pose.x0_w - pair.reference_w,
+                           plane_normal(view, pose.r_wa, imposed.id), reached.support);
+    };
+    const DirectionGap at_q = gap_at(step.q);
+    if (!(at_q.gap_m > reached.shared_m)) continue;
+    const DirectionGap at_p = gap_at(p_);
+    if (!(at_p.gap_m >= least_valid)) continue;
+    reached.shared_m = at_q.gap_m;
+    if (!(at_q.gap_m >= least_m)) continue;
+    const Real path_m = path_gap(pair, at_p, at_q, step);
+    const Real worth_m = path_m - deepest_on_way(parameters_.scale, at_p.gap_m);
+    if (!(worth_m > best.worth_m)) continue;
+    best = {at_p.gap_m, at_q.gap_m, path_m, worth_m, at_q.normal_w};
+    if (worth_m >= 0) break;
+  }
+  return best;
+}
+
+/// What a plane of a reached pair, with its gap at p, is worth at a step: its gap at the end, and
+/// on the way there.
+Proxy::PlaneWorth Proxy::worth_of(const ReachedPair& reached, const ValidPlane& plane,
+                                  const Step& step, Real least_m, ProxyTick& tick) const noexcept {
+  const ProxyPair& pair = pairs_[reached.pair];
+  constexpr Real kLowest = -std::numeric_limits<Real>::max();
+  const Real gap_p_m = plane.gap_m;
+  PlaneWorth found{plane.id, {}, gap_p_m, kLowest, kLowest, kLowest, {}};
+  const PlaneGap gap = plane_gap(*pair.view, step.q.r_wa, Vec3(step.q.x0_w - pair.reference_w),
+                                 plane.id, plane.support);
+  tick.plane_gaps += 1;
+  found.support = gap.support;
+  found.normal_q_w = gap.normal_w;
+  if (!gap.defined) return found;
+  found.gap_q_m = found.path_m = gap.gap_m;
+  found.worth_m = gap.gap_m - least_from(least_m, gap_p_m);
+  if (found.worth_m < 0) return found;
+  found.path_m = path_gap(pair, gap_p_m, gap, step);
+  found.worth_m =
+      std::min(found.worth_m, found.path_m - deepest_on_way(parameters_.scale, gap_p_m));
+  return found;
+}
+
+void Proxy::take_plane(ReachedPair& reached, const PlaneWorth& plane) noexcept {
+  reached.plane = plane.id;
+  reached.support = plane.support;
+  reached.gap_p_m = plane.gap_p_m;
+  reached.gap_q_m = plane.gap_q_m;
+  reached.path_m = plane.path_m;
+  reached.normal_q_w = plane.normal_q_w;
+}
+
+/// What a gap may be at the end of a step that may end with `least_m`: where it is less at p, after
+/// a correction, it need not grow, since rows that asked for that would raise the energy. It never
+/// comes below the tolerance.
+Real Proxy::least_from(Real least_m, Real gap_p_m) const noexcept {
+  const Real tolerance_m = parameters_.scale.tolerance_m;
+  return std::min(least_m, std::max(gap_p_m - kKeptShare * tolerance_m, -tolerance_m));
+}
+
+/// By how much the gaps of a pair along its plane are enough.
+Real Proxy::worth_m(const ReachedPair& reached, Real least_m) const noexcept {
+  const Real worth = reached.gap_q_m - least_from(least_m, reached.gap_p_m);
+  if (worth < 0) return worth;
+  return std::min(worth, reached.path_m - deepest_on_way(parameters_.scale, reached.gap_p_m));
+}
+
+/// Whether the plane that a pair has certifies it.
+bool Proxy::keeps_plane(ReachedPair& reached, const Step& step, Real least_m,
+                        ProxyTick& tick) const noexcept {
+  reached.exact_q = true;
+  reached.shared = false;
+  reached.shared_m = -std::numeric_limits<Real>::max();
+  const ValidPlane own{reached.plane, reached.support, reached.gap_p_m};
+  take_plane(reached, worth_of(reached, own, step, least_m, tick));
+  return worth_m(reached, least_m) >= 0;
+}
+
+/// Whether to find the set of planes of a pair takes long.
+bool Proxy::has_many_nodes(const ReachedPair& reached) const noexcept {
+  return pairs_[reached.pair].view->record.node_count >= kManyNodes;
+}
+
+/// Finds the plane that certifies a pair best, of one with a facet the first that does, where its
+/// own does not; false: there was no budget for it. Exposed planes come first in a valid set, so
+/// the best of them is known before the rest is measured.
+bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
+                    ProxyTick& tick) noexcept {
+  const ProxyPair& pair = pairs_[reached.pair];
+  const Vec3 y_w = step.q.x0_w - pair.reference_w;
+  constexpr Real kLowest = -std::numeric_limits<Real>::max();
+  // Rows of a plane that p is deeper behind than other steps may end would not raise p: it comes
+  // last of those that do not certify.
+  const auto is_deep = [&](Real worth, Real gap_p_m) {
+    return worth < 0 && gap_p_m < -parameters_.scale.tolerance_m / 2;
+  };
+  Real worth = worth_m(reached, least_m);
+  const auto measure = [&](const ValidPlane& plane, bool first) {
+    const PlaneWorth found = worth_of(reached, plane, step, least_m, tick);
+    const bool deep = is_deep(found.worth_m, plane.gap_m);
+    const bool was_deep = is_deep(worth, reached.gap_p_m);
+    if (!first && (deep != was_deep ? deep : !(found.worth_m > worth))) return;
+    worth = found.worth_m;
+    take_plane(reached, found);
+  };
+  if (!reached.searched && !may_begin(kSetGrant, tick)) return false;
+  const SharedGap shared =
+      has_budget(tick) ? shared_gap(reached, step, least_m, tick) : SharedGap{};
+  const auto take_shared = [&] {
+    reached.shared = true;
+    reached.exact_q = false;
+    reached.gap_p_m = shared.gap_p_m;
+    reached.gap_q_m = shared.gap_q_m;
+    reached.normal_q_w = shared.normal_q_w;
+    reached.path_m = shared.path_m;
+  };
+  if (shared.worth_m >= 0) {
+    take_shared();
+    return true;
+  }
+  if (!reached.searched && has_many_nodes(reached)) {
+    const Real least_valid = -valid_depth(parameters_.scale);
+    const Vec3 y_p_w = p_.x0_w - pair.reference_w;
+    const ReachedPair before = reached;
+    for_each_face(*pair.view, [&](const PlaneId& id) {
+      if (face_bound(*pair.view, p_.r_wa, y_p_w, id, reached.support) < least_valid) return true;
+      if (face_bound(*pair.view, step.q.r_wa, y_w, id, reached.support) < least_m) return true;
+      tick.plane_gaps += 1;
+      const PlaneGap at_p = plane_gap(*pair.view, p_.r_wa, y_p_w, id, reached.support);
+      if (at_p.gap_m >= least_valid) measure({id, at_p.support, at_p.gap_m}, false);
+      return worth < 0;
+    });
+    if (worth >= 0) return true;
+    reached = before;
+  }
+  if (!reached.searched) find_valid(reached, tick);
+  ReachedPair exposed;
+  Real exposed_worth = kLowest;
+  for (std::uint32_t k = 0; k < reached.valid_count; ++k) {
+    measure(valid_[reached.valid_begin + k], k == 0);
+    // A facet that slides past is not kept for long by the best of its planes either.
+    if (worth >= 0 && pair.view->has_facet()) return true;
+    if (k + 1 != reached.exposed_count) continue;
+    exposed = reached;
+    exposed_worth = worth;
+  }
+  if (worth >= 0) return true;
+  // Any plane certifies; one that only separates is imposed where nothing else is there to be.
+  if (exposed_worth > kLowest) {
+    reached.plane = exposed.plane;
+    reached.support = exposed.support;
+    reached.gap_p_m = exposed.gap_p_m;
+    reached.gap_q_m = exposed.gap_q_m;
+    reached.normal_q_w = exposed.normal_q_w;
+    reached.path_m = exposed.path_m;
+  }
+  // A direction that is good for the end asks for a shorter step, not for a plane.
+  const bool lacks = reached.gap_q_m < least_from(least_m, reached.gap_p_m);
+  if (lacks && shared.worth_m > kLowest) take_shared();
+  return true;
+}
+
+/// The gap of a reached pair on a step of these lengths, along the direction that it has at p. No
+/// vertex of A moves farther than |dx| + r |dtheta|. Where that is too much and a direction is
+/// known, a vertex v of A moves along it by n.dx + v.(n x dtheta), but for |v| theta^2 2/3 at the
+/// most; both are linear in the share of the step but for the last. (Among facets it is asked at
+/// once: they slide on each other, and what it says of the end lasts.)
+Proxy::HeldGap Proxy::held_gap(const ReachedPair& reached, const Step& step, Real far_m,
+                               Real turn_rad) const noexcept {
+  const ProxyPair& pair = pairs_[reached.pair];
+  const Real swept_m = far_m + turn_rad * pair.reach_a_m;
+  const HeldGap any{reached.gap_m - swept_m, reached.gap_m - swept_m};
+  const bool is_enough = !has_facets() && any.on_way_m > parameters_.scale.tolerance_m;
+  if (!pair.has_held || is_enough) return any;
+  const Vec3 across = pair.held_w.cross(step.dtheta_rad);
+  const Real fall_m = -pair.held_w.dot(step.dx_m) - (p_.r_wa * pair.middle_a).dot(across) +
+                      pair.radius_a_m * std::sqrt(across.squaredNorm());
+  const Real bend_m =
+      kTurnBend * pair.reach_a_m * turn_rad * turn_rad + kHeldRounding * kRealEpsilon * swept_m;
+  return {std::max(any.at_end_m, reached.gap_m - (fall_m + bend_m)),
+          std::max(any.on_way_m, reached.gap_m - (std::max(fall_m, Real{0}) + bend_m))};
+}
+
+/// Looks at the planes of the pairs whose own do not certify them only as far as it may change the
+/// outcome: no plane lacks more than a pair's own, so a pair that lacks no more by that than
+/// another does by its best is not the worst. Where one lacks by its best, no large set of planes
+/// is found for another: in a tight fit hundreds may lack nearly as much, and the step changes
+/// before their sets are of use.
+/// Among facets what is certified at the step `before`, of the check before, with more room than
+/// the ends of the two are apart, is not looked at again.
+Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick,
+                          const Step* before) noexcept {
+  Check result;
+  checks_ += 1;
+  const bool knows = kSceneTraits.facets && before != nullptr && has_long_lists();
+  const Real apart_m =
+      knows ? std::sqrt((step.q.x0_w - before->q.x0_w).squaredNorm()) * (1 + 16 * kRealEpsilon) : 0;
+  const Real apart_rad = knows ? std::sqrt((step.dtheta_rad - before->dtheta_rad).squaredNorm()) *
+                                     (1 + 16 * kRealEpsilon)
+                               : 0;
+  const Real far = std::sqrt(step.dx_m.squaredNorm());
+  const Real turn = std::sqrt(step.dtheta_rad.squaredNorm());
+  const Real motion = far + turn * parameters_.radius_m;
+  if (motion > reach_m_) widen(motion, tick);
+  // Where there was no room for every pair near p, no way leads to one that is not in the list.
+  const Real clear_m = unlisted_m(), listed_m = list_motion_m(far, turn);
+  if (listed_m > clear_m) {
+    result.ok = false;
+    result.share = std::max(clear_m / listed_m, kLeastShare);
+    if (!(clear_m > kLeastShare * listed_m)) tick.limited = true;
+    tick.crowded = tick.crowded || near_pairs_.overflowed();
+  }
+  for (const LeftOut& left : near_pairs_.left_out()) {
+    const Real taken = taken_m(left, step.dx_m, step.dtheta_rad);
+    const Real room_m =
+        std::max(left.gap_m - skin_m() + parameters_.scale.tolerance_m / 2, Real{0});
+    if (!(taken > room_m)) continue;
+    result.ok = false;
+    result.share = std::min(result.share, std::max(room_m / taken, kLeastShare));
+    if (!(room_m > kLeastShare * taken)) tick.limited = true;
+    tick.crowded = true;
+  }
+  constexpr std::uint32_t none = UINT32_MAX;
+  std::uint32_t first = none;  // lacks most by its own plane
+  bool unsure = false;
+  std::uint32_t first_open = none, last_open = none;
+  const auto note_lacking = [&](std::uint32_t k) {
+    reached_[k].open = true;
+    reached_[k].next_open = none;
+    (first_open == none ? first_open : reached_[last_open].next_open) = k;
+    last_open = k;
+    if (first == none || reached_[k].gap_q_m < reached_[first].gap_q_m) first = k;
+  };
+  const auto look_at_lacking = [&] {
+    std::uint32_t picks = 0, other = first_open;
+    while (first < none && (picks < kMostPicks || other < none)) {
+      const bool picked = picks < kMostPicks;
+      const std::uint32_t k = picked ? first : other;
+      if (picked) {
+        ++picks;
+      } else {
+        other = reached_[k].next_open;
+      }
+      ReachedPair& reached = reached_[k];
+      const Real lacks_m = least_from(least_m, reached.gap_p_m) - reached.gap_q_m;
+      const bool is_known = reached.searched || !has_many_nodes(reached);
+      const bool waits = result.lacking_m > 0 && !(lacks_m > result.lacking_m && is_known);
+      if (!reached.open || waits) continue;
+      if (!certify(reached, step, least_m, tick)) {
+        unsure = true;
+        break;
+      }
+      reached.open = false;
+      judge_gap(k, least_m, result);
+      if (!picked) continue;
+      // The next one: of all that lack still the one that lacks most.
+      first = none;
+      std::uint32_t scanned = 0;
+      for (std::uint32_t at = first_open; at < none; at = reached_[at].next_open, ++scanned) {
+        if (!reached_[at].open) continue;
+        if (first == none || reached_[at].gap_q_m < reached_[first].gap_q_m) first = at;
+      }
+      tick.search_work += scanned / kPickedOfUnit;
+    }
+    first = none;
+  };
+  const std::span<std::uint32_t> others = beside();
+  ReachedPair passing;
+  const auto look_at = [&](std::uint32_t begin) {
+    const std::uint32_t seated = reached_.size();
+    for (std::uint32_t k = begin; k < seated + others.size(); ++k) {
+      if (k >= seated) passing = seen(others[k - seated]);
+      ReachedPair& reached = k < seated ? reached_[k] : passing;
+      ProxyPair& pair = pairs_[reached.pair];
+      reached.open = false;
+      const bool was_sound = knows && reached.sound && reached.checked + 1 == checks_;
+      reached.checked = checks_;
+      if (was_sound) {
+        const Real less_m = apart_m + apart_rad * pair.reach_a_m;
+        const Real least = std::min(reached.gap_q_m, reached.path_m) - less_m;
+        if (least > parameters_.scale.tolerance_m) {
+          reached.shared = reached.shared || reached.exact_q;
+          reached.exact_q = false;
+          reached.gap_q_m -= less_m;
+          reached.path_m -= less_m;
+          continue;
+        }
+      }
+      reached.sound = false;
+      HeldGap held = held_gap(reached, step, far, turn);
+      if (!reached.exact_p && !(held.on_way_m > parameters_.scale.tolerance_m)) {
+        look_closer(reached, tick);
+        held = held_gap(reached, step, far, turn);
+      }
+      if (held.on_way_m > parameters_.scale.tolerance_m) {
+        reached.plane = pair.plane;
+        reached.support = pair.support;
+        reached.gap_p_m = reached.gap_m;
+        reached.gap_q_m = held.at_end_m;
+        reached.path_m = held.on_way_m;
+        reached.exact_q = reached.shared = false;
+        reached.sound = true;
+        continue;
+      }
+      if (reached.unsure) {
+        unsure = true;
+        reached.exact_q = false;
+        continue;
+      }
+      need_view(pair, tick);
+      if (keeps_plane(reached, step, least_m, tick)) {
+        reached.sound = true;
+        continue;
+      }
+      if (k < seated) {
+        note_lacking(k);
+        continue;
+      }
+      std::uint32_t seat = free_seat(least_m, false);
+      if (seat == reached_.size()) {
+        tick.search_work += 1 + reached_.size() / kSeatsOfUnit;
+        look_at_lacking();
+        seat = free_seat(least_m, true);
+      }
+      if (seat == reached_.size() || unsure) {  // what lacks already is enough for one round
+        result.ok = false;
+        break;
+      }
+      give_seat(seat, others[k - seated], passing);
+      note_lacking(seat);
+    }
+    look_at_lacking();
+  };
+  look_at(0);
+  // Those that the screen cannot certify join the others, until it has no more.
+  for (bool goes_on = false; has_screen() && result.ok && !unsure; goes_on = true) {
+    const std::uint32_t begin = reached_.size();
+    const Screened end = screen_step(step, least_m, goes_on, tick);
+    if (end == Screened::kDone) break;
+    if (end == Screened::kMissed) {
+      look_at(begin);
+    } else if (end == Screened::kRefused) {
+      result.ok = false;
+      result.share = std::min(result.share, kRefusedShare);
+    } else {
+      unsure = true;
+    }
+  }
+  if (has_screen() && !result.ok) screen_->forget_done();
+  // Another pair that lacks a plane is told first: its plane may keep this one clear too.
+  if (unsure) {
+    result.ok = false;
+    tick.spent = !(result.lacking_m > 0);
+  }
+  return result;
+}
+
+/// What the planes of a pair at a step, all of them looked at, say of it.
+void Proxy::judge_gap(std::uint32_t k, Real least_m, Check& result) const noexcept {
+  const ReachedPair& reached = reached_[k];
+  const Real lacking = least_from(least_m, reached.gap_p_m) - reached.gap_q_m;
+  const Real deepest_m = deepest_on_way(parameters_.scale, reached.gap_p_m);
+  if (lacking > 0) {
+    result.ok = false;
+    if (lacking > result.lacking_m || (lacking == result.lacking_m && k < result.worst)) {
+      result.lacking_m = lacking;
+      result.worst = k;
+    }
+  } else if (reached.path_m < deepest_m) {
+    // How deep the way dips grows with the square of the step.
+    const Real ends = std::min(reached.gap_p_m, reached.gap_q_m);
+    const Real room = std::max(ends - deepest_m, 0.25_r * parameters_.scale.tolerance_m);
+    const Real share = 0.9_r * std::sqrt(std::min<Real>(room / (ends - reached.path_m), 1));
+    result.share = std::min(result.share, std::max(share, kLeastShare));
+    result.ok = false;
+  }
+}
+
+/// Displaces a step that is not certified out of what it violates, without turning it. A pair whose
+/// planes were not looked at has no row yet: what lacks more than it comes first.
+bool Proxy::correct(Step& step, ProxyTick& tick) noexcept {
+  const ProxyScale& scale = parameters_.scale;
+  Step trial = step;
+  for (std::uint32_t k = 0; k <= kMaxCorrections; ++k) {
+    if (!may_begin(kRoundGrant, tick)) return false;
+    const Check result = check(trial, kCorrectedShare * -scale.tolerance_m, tick);
+    if (result.ok) {
+      const Real most = scale.step_m + scale.margin_m;
+      if ((trial.dx_m - step.dx_m).squaredNorm() > most * most) return false;
+      step = trial;
+      return true;
+    }
+    if (k == kMaxCorrections || !(result.lacking_m > 0)) break;
+    rows_.clear();
+    for (const ReachedPair& reached : reached_) {
+      if (!reached.exact_q || reached.open || reached.gap_q_m > scale.step_m) continue;
+      const ProxyPair& pair = pairs_[reached.pair];
+      const PlaneGap gap =
+          plane_gap(*pair.view, trial.q.r_wa, Vec3(trial.q.x0_w - pair.reference_w), reached.plane,
+                    reached.support);
+      tick.plane_gaps += 1;
+      if (!gap.defined) continue;
+      QpRow row;
+      row.g.head<3>() = gap.normal_w;
+      row.h = -gap.gap_m;
+      if (!rows_.push(row)) return false;
+    }
+    const QpResult found = solve_rows(1.0e-4_r * scale.tolerance_m, tick);
+    trial = step_by(trial.dx_m + found.z.head<3>(), trial.dtheta_rad);
+  }
+  return false;
+}
+
+}  // namespace haptic

@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the proxy comes over steps that are lower than any that is made on purpose: where faces of
+// parts do not meet to rounding.
+//
+// A face of height h in the way of a part that is pressed by F is a barrier of energy F h between
+// two free regions that join over it, and passes that only descend do not see over it. A climb is a
+// step of two legs: straight out by what the part is below the faces beyond, h or less, and from
+// there on by a pass. Both legs are certified like any other step and the energy at the end is
+// lower than at the start, so p is as free as ever and the energy of a tick still falls. The pull
+// along the surface has to store what the first leg takes: sqrt(2 k F h) at the most, then p is
+// over.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "rt_core/proxy/proxy_step.hpp"
+
+namespace haptic {
+namespace {
+
+/// Planes whose normals have a cosine below this are not one plane. What one plane holds is pressed
+/// on it; a step holds what is pressed on something else too.
+constexpr Real kOtherPlane = 0.9_r;
+/// A climb that led nowhere is not tried again within so many heights, nor before this share of
+/// what it lacked has come in; where it lacked something else, this share of the energy.
+constexpr Real kFarClimbs = 100;
+constexpr Real kMoreShare = 0.5_r, kMoreOfAll = 0.01_r;
+/// Rises of one climb: a step behind another, or beside it.
+constexpr std::uint32_t kMostRises = 3;
+/// Faces that p is below by no more than so many heights are looked at: where none of them is a low
+/// one, none can be before p has gone by what the nearest lacks.
+constexpr Real kRoomHeights = 16;
+/// A rise is no longer than so many heights: out of two faces at once.
+constexpr Real kMostHeights = 2;
+
+/// Keeps a pair among the last ones.
+void note(std::uint32_t pair, std::array<std::uint32_t, kMaxFeltPlanes>& pairs,
+          std::uint32_t& count) noexcept {
+  const auto end = pairs.begin() + count;
+  if (std::find(pairs.begin(), end, pair) != end) return;
+  if (count == pairs.size()) {
+    std::copy(pairs.begin() + 1, pairs.end(), pairs.begin());
+    count -= 1;
+  }
+  pairs[count++] = pair;
+}
+
+}  // namespace
+
+/// The first leg of a climb.
+struct Proxy::Rise {
+  Vec3 way_m = Vec3::Zero();
+  Real gain_j = 0;  ///< about what the energy falls by without the planes that hold p there
+  Real room_m = 0;  ///< no motion below this makes a low face of one that is none
+  /// Pairs whose faces p rises over: their planes do not hold it beyond.
+  std::array<std::uint32_t, kMaxImposedPlanes> pairs{};
+  std::uint32_t pair_count = 0;
+};
+
+/// What a climb that leads nowhere puts back. The order of the active planes is kept.
+struct Proxy::ClimbStart {
+  GripPose p;
+  PoseError way;
+  Real way_left_m = 0, turn_left_rad = 0;
+  bool may_close = false, moved_little = false, limited = false;
+  Real residual_n = 0;
+  std::uint32_t rejected = 0, active_count = 0;
+  std::array<ImposedPlane, kMaxFeltPlanes> active;
+  std::array<Real, kMostLeftOut> left_out_m{};
+  double back_m = 0;  ///< how far p has gone since
+};
+
+PlaneGap Proxy::gap_at_p(const ImposedPlane& plane, ProxyTick& tick) const noexcept {
+  const ProxyPair& pair = pairs_[plane.pair];
+  tick.plane_gaps += 1;
+  return plane_gap(*pair.view, p_.r_wa, Vec3(p_.x0_w - pair.reference_w), plane.id, plane.support);
+}
+
+/// Whether the planes that hold p may be a low step, and no climb here has just led nowhere over
+/// the same pairs.
+bool Proxy::may_climb(ProxyTick& tick) noexcept {
+  const Real climb_m = parameters_.scale.climb_m;
+  if (!(climb_m > 0) || tick.inside || active_.size() < 2 || !has_budget(tick)) return false;
+  const auto normal_of = [&](const ImposedPlane& plane) {
+    ProxyPair& pair = pairs_[plane.pair];
+    need_view(pair, tick);
+    return plane_normal(*pair.view, p_.r_wa, plane.id);
+  };
+  const Vec3 first_w = normal_of(active_[0]);
+  bool cornered = false;
+  for (std::uint32_t k = 1; k < active_.size() && !cornered; ++k)
+    cornered = normal_of(active_[k]).dot(first_w) < kOtherPlane;
+  if (!cornered) return false;
+  const auto is_known = [&](const ImposedPlane& plane) {
+    const auto end = climbed_.begin() + climbed_count_;
+    return std::find(climbed_.begin(), end, plane.pair) != end;
+  };
+  return !std::all_of(active_.begin(), active_.end(), is_known);
+}
+
+/// Of the pair of an imposed plane, the face that p is least below, of those that it is below by no
+/// more than the height of a climb: the plane itself or one that looks elsewhere. `room_m` becomes
+/// no more than what the next one is too deep by.
+bool Proxy::find_low_face(const ImposedPlane& imposed, const Vec3& normal_w, ValidPlane& low,
+                          Real& room_m, ProxyTick& tick) noexcept {
+  const ProxyScale& scale = parameters_.scale;
+  const Real deepest_m = kRoomHeights * scale.climb_m;
+  ProxyPair& pair = pairs_[imposed.pair];
+  std::array<ValidPlane, kMaxValidPlanes> planes;
+  const ValidResult found = find_valid_planes(pose_of(pair), pair.plane, pair.support, -deepest_m,
+                                              valid_scratch_, planes);
+  tick.valid_nodes += found.visited;
+  if (found.cut) room_m = 0;
+  bool any = false;
+  for (std::uint32_t k = 0; k < found.count; ++k) {
+    const ValidPlane& plane = planes[k];
+    if (!(plane.gap_m < -scale.tolerance_m / 2) || (any && !(plane.gap_m > low.gap_m))) continue;
+    if (!(plane.id == imposed.id)) {
+      tick.plane_gaps += 1;
+      if (plane_normal(*pair.view, p_.r_wa, plane.id).dot(normal_w) > kOtherPlane) continue;
+    }
+    const Real too_deep_m = -plane.gap_m - scale.climb_m;
+    if (k < found.exposed && !(too_deep_m > 0)) {
+      low = plane;
+      any = true;
+    } else {  // its features may come to meet
+      room_m = std::min(room_m, std::max(too_deep_m, Real{0}));
+    }
+  }
+  return any;
+}
+
+/// The shortest way straight out over the faces that p is below by no more than a low step, of the
+/// pairs that the last pass imposed planes of, and along the others; false: there is none.
+bool Proxy::find_rise(Rise& rise, ProxyTick& tick) noexcept {
+  const ProxyScale& scale = parameters_.scale;
+  // What the rows of the last program hold back, by pair.
+  std::array<QpVector, kQpSize> pull;
+  std::array<std::uint32_t, kQpSize> pull_pair{};
+  std::uint32_t pulls = 0;
+  for (std::uint32_t k = 0; k < last_qp_.active_count; ++k) {
+    const std::uint32_t row = last_qp_.active[k];
+    if (row >= rows_.size() || row_plane_[row] >= imposed_.size()) continue;
+    pull[pulls] = last_qp_.multiplier[k] * rows_[row].g;
+    pull_pair[pulls++] = imposed_[row_plane_[row]].pair;
+  }
+  QpVector held_back = QpVector::Zero();
+  Real room_m = (kRoomHeights - 1) * scale.climb_m;
+  rise.pair_count = 0;
+  rows_.clear();
+  const auto push = [&](const Vec3& normal_w, Real gap_m) {
+    QpRow row;
+    row.g.head<3>() = normal_w;
+    row.h = std::max(-gap_m, Real{0});
+    return rows_.push(row);
+  };
+  for (std::uint32_t at = 0; at < imposed_.size(); ++at) {
+    const ImposedPlane& imposed = imposed_[at];
+    const PlaneGap held = gap_at_p(imposed, tick);
+    if (!held.defined) continue;
+    const bool is_above = !(held.gap_m < -scale.tolerance_m / 2);
+    if (is_above && held.gap_m < scale.climb_m && !push(held.normal_w, held.gap_m)) return false;
+    const auto is_same = [&](const ImposedPlane& other) { return other.pair == imposed.pair; };
+    if (std::any_of(imposed_.begin(), imposed_.begin() + at, is_same)) continue;
+    if (!has_budget(tick)) return false;
+    ValidPlane low;
+    if (!find_low_face(imposed, held.normal_w, low, room_m, tick)) continue;
+    const ImposedPlane face{imposed.pair, low.id, low.support};
+    if (!push(gap_at_p(face, tick).normal_w, low.gap_m)) return false;
+    for (std::uint32_t k = 0; k < pulls; ++k) {
+      if (pull_pair[k] == imposed.pair) held_back += pull[k];
+    }
+    rise.pairs[rise.pair_count++] = imposed.pair;
+  }
+  if (rise.pair_count == 0) {
+    rise.room_m = room_m;
+    return false;
+  }
+  rise.gain_j = secant_.k_t_n_per_m / 2 * held_back.squaredNorm();
+  rise.way_m = solve_rows(1.0e-4_r * scale.tolerance_m, tick).z.head<3>();
+  const Real most_m = kMostHeights * scale.climb_m;
+  return rise.way_m.squaredNorm() <= most_m * most_m;
+}
+
+/// Whether the part rubs on planes that look elsewhere than each other, beside those that it would
+/// rise over: in a thread a rise would let go of what holds it.
+bool Proxy::is_wedged_beside(const Rise& rise) const noexcept {
+  const FrictionCone* first = nullptr;
+  const auto end = rise.pairs.begin() + rise.pair_count;
+  for (const FrictionCone& cone : cones_) {
+    if (std::find(rise.pairs.begin(), end, cone.pair) != end) continue;
+    if (first == nullptr) first = &cone;
+    if (cone.normal_w.dot(first->normal_w) < kOtherPlane) return true;
+  }
+  return false;
+}
+
+/// p as it was, which is as free as it was.
+void Proxy::step_back(const ClimbStart& start, ProxyTick& tick) noexcept {
+  if (start.back_m > 0) {
+    p_ = start.p;
+    version_ += 1;
+    path_m_ = (path_m_ + start.back_m * kOdometerUp) * (1 + 0x1p-52);
+    if (has_screen()) screen_->accept(p_, static_cast<Real>(start.back_m) * (1 + kRealEpsilon), 0);
+    way_ = start.way;
+    way_left_m_ = start.way_left_m;
+    turn_left_rad_ = start.turn_left_rad;
+    may_close_ = start.may_close;
+    moved_little_ = start.moved_little;
+    tick.limited = start.limited;
+    tick.rejected = start.rejected;
+    tick.residual_n = start.residual_n;
+    std::swap(cones_, last_cones_);
+    for (std::uint32_t k = 0; k < near_pairs_.left_out().size(); ++k) {
+      near_pairs_.left_out()[k].gap_m = start.left_out_m[k];
+    }
+    active_.clear();
+    for (std::uint32_t k = 0; k < start.active_count; ++k) {
+      static_cast<void>(active_.push(start.active[k]));
+    }
+    pending_.clear();
+  }
+  // What the check of a step that was not made has left, and what a way there and back makes of the
+  // bounds, is no gap of p.
+  for (ReachedPair& reached : reached_) {
+    ProxyPair& pair = pairs_[reached.pair];
+    reached.gap_m = pair.gap_version == version_ ? pair.gap_m : clear_m(pair);
+    if (!(reached.gap_m > parameters_.scale.tolerance_m) && pair.gap_version != version_) {
+      reached.unsure = !measure(pair, tick);
+      if (!reached.unsure) reached.gap_m = pair.gap_m;
+    }
+    reached.gap_q_m = reached.gap_m;
+  }
+}
+
+/// Where a low step holds the part: up first, then on. True: p has moved.
+bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
+  const Real far_m = kFarClimbs * parameters_.scale.climb_m;
+  const bool is_far = (p_.x0_w - climbed_x0_w_).squaredNorm() >= far_m * far_m;
+  const bool is_pulled_more = tick.end_potential_j > climbed_v_j_ + climbed_lacks_j_;
+  if (is_far || (is_pulled_more && odometer_m() >= no_low_until_m_)) climbed_count_ = 0;
+  if (!may_climb(tick)) return false;
+  if (climbed_count_ == 0) {
+    climbed_x0_w_ = p_.x0_w;
+    climbed_v_j_ = tick.end_potential_j;
+    climbed_lacks_j_ = kMoreOfAll * climbed_v_j_;
+    no_low_until_m_ = std::numeric_limits<double>::max();
+  }
+  for (const ImposedPlane& plane : active_) note(plane.pair, climbed_, climbed_count_);
+  ClimbStart start;
+  start.p = p_;
+  start.way = way_;
+  const PoseError came = came_;
+  start.way_left_m = way_left_m_;
+  start.turn_left_rad = turn_left_rad_;
+  start.may_close = may_close_;
+  start.moved_little = moved_little_;
+  start.limited = tick.limited;
+  start.residual_n = tick.residual_n;
+  start.rejected = tick.rejected;
+  start.active_count = active_.size();
+  std::copy(active_.begin(), active_.end(), start.active.begin());
+  for (std::uint32_t k = 0; k < near_pairs_.left_out().size(); ++k) {
+    start.left_out_m[k] = near_pairs_.left_out()[k].gap_m;
+  }
+  const bool was_spent = tick.spent;
+  bool over = false;
+  for (std::uint32_t k = 1; k <= kMostRises && !over; ++k) {
+    Rise rise;
+    const bool found = find_rise(rise, tick);
+    no_low_until_m_ = std::min(no_low_until_m_, odometer_m() + static_cast<double>(rise.room_m));
+    if (!found || is_wedged_beside(rise)) break;
+    const Step up = step_by(rise.way_m, Vec3::Zero());
+    const Real up_j = potential_j(parameters_.spring, error_of(goal, up.q));
+    const Real lacks_j = std::max(up_j - tick.end_potential_j, Real{0});
+    if (k == 1 && rise.gain_j < lacks_j) {  // not yet
+      climbed_lacks_j_ = std::min(climbed_lacks_j_, kMoreShare * lacks_j);
+      break;
+    }
+    // The pairs that the last pass has reached are known where it began, not where it has gone.
+    if (sets_version_ != version_) gather(error_of(goal, p_), tick);
+    if (tick.inside || !check(up, -parameters_.scale.tolerance_m / 2, tick).ok) break;
+    start.back_m += static_cast<double>(std::sqrt(up.dx_m.squaredNorm()));
+    accept(up);
+    // What p is pressed on beside holds it up here too.
+    std::uint32_t kept = 0;
+    for (const ImposedPlane& plane : active_) {
+      const auto end = rise.pairs.begin() + rise.pair_count;
+      if (std::find(rise.pairs.begin(), end, plane.pair) == end) active_[kept++] = plane;
+    }
+    active_.truncate(kept);
+    choose_from_start_ = false;
+    climbing_ = k;
+    // Its limit is the energy at the start, not that up here.
+    over = pass(goal, tick) == PassEnd::kMoved;
+    climbing_ = 0;
+    if (tick.spent) break;
+  }
+  if (over) {
+    tick.spent = was_spent;
+    tick.passes += 1;
+    climbed_count_ = 0;
+  } else {
+    step_back(start, tick);
+  }
+  came_ = came;
+  return over;
+}
+
+}  // namespace haptic

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far the proxy may move in one tick, and what a program asks for within that.
+#include <algorithm>
+#include <cmath>
+
+#include "rt_core/proxy/proxy_step.hpp"
+
+namespace haptic {
+namespace {
+
+/// A pull that is let go falls by this much in a tick, its torque by this much at the part's
+/// radius, and either by at least this share of it.
+constexpr Real kRelease_n = 1.0_r, kReleaseTurn_n = 0.75_r, kReleaseShare = 0.05_r;
+/// A turn is at most this multiple of the chord between its quaternions.
+constexpr Real kTurnOfChord = 2.25_r;
+/// Programs of one round with rows for what p may move by. They are worth it where the way and the
+/// turn may be done to shares this far apart.
+constexpr std::uint32_t kMaxBoundsOfRound = 2;
+constexpr Real kHeldUp = 0.5_r;
+}  // namespace
+
+/// How far p may move in this tick: as far as the goal has, which in free space is all of its way,
+/// and what lets go of the pull that contact has built up, over several ticks. What the goal has
+/// come in ticks that had no budget to follow is still to be done.
+void Proxy::bound_move(const GripPose& goal) noexcept {
+  const Spring& spring = parameters_.spring;
+  const PoseError error = error_of(goal, p_);
+  if (behind_ticks_ == 0) came_m_ = came_rad_ = 0;
+  came_m_ += std::sqrt((goal.x0_w - goal_.x0_w).squaredNorm());
+  way_left_m_ = came_m_ + std::max(kRelease_n / spring.k_t_n_per_m,
+                                   kReleaseShare * std::sqrt(error.translation_m.squaredNorm()));
+  if (is_locked()) return;
+  const Real chord2 = std::min((goal.q_wa.coeffs() - goal_.q_wa.coeffs()).squaredNorm(),
+                               (goal.q_wa.coeffs() + goal_.q_wa.coeffs()).squaredNorm());
+  came_rad_ += kTurnOfChord * std::sqrt(chord2);
+  turn_left_rad_ =
+      came_rad_ + std::max(kReleaseTurn_n * parameters_.radius_m / spring.k_r_nm_per_rad,
+                           kReleaseShare * std::sqrt(error.rotation_rad.squaredNorm()));
+}
+
+Real Proxy::held_m() const noexcept { return std::sqrt(last_qp_.z.head<3>().squaredNorm()); }
+
+bool Proxy::may_move() const noexcept {
+  const ProxyScale& scale = parameters_.scale;
+  return way_left_m_ > scale.still_m && (is_locked() || turn_left_rad_ > scale.still_rad);
+}
+
+/// What the last program asks for, where p is held and may not come so far in this tick: where its
+/// turn has to wait much more than its way, or the other way round, a row cuts off what is beyond,
+/// so that the one does not hold up the other.
+PoseError Proxy::bounded(const PoseError& error, Real tolerance_m, ProxyTick& tick) noexcept {
+  PoseError way = wish_;
+  for (std::uint32_t k = 0; k < kMaxBoundsOfRound && bound_programs_ < kMaxBoundPrograms; ++k) {
+    if (is_locked() || last_qp_.active_count == 0) break;
+    const Real far = std::sqrt(way.translation_m.squaredNorm());
+    const Real turn = std::sqrt(way.rotation_rad.squaredNorm());
+    const Real far_share = far > way_left_m_ ? way_left_m_ / far : Real{1};
+    const Real turn_share = turn > turn_left_rad_ ? turn_left_rad_ / turn : Real{1};
+    if (!(std::min(far_share, turn_share) < kHeldUp * std::max(far_share, turn_share))) break;
+    if (tick.units() > parameters_.work_units / 2) break;
+    QpRow row;
+    if (turn_share < far_share) {
+      const Vec3 along = way.rotation_rad / turn;
+      row.g.tail<3>() = -along;
+      row.h = secant_.length_m * (along.dot(error.rotation_rad) - turn_left_rad_);
+    } else {
+      const Vec3 along = way.translation_m / far;
+      row.g.head<3>() = -along;
+      row.h = along.dot(error.translation_m) - way_left_m_;
+    }
+    if (rows_.size() >= kMaxProxyRows || !rows_.push(row)) break;
+    row_plane_[rows_.size() - 1] = kMaxImposedPlanes;
+    if (!row_cone_.empty()) row_cone_[rows_.size() - 1] = kMaxFrictionCones;
+    bound_programs_ += 1;
+    const QpResult last = last_qp_;
+    last_qp_ = solve_rows(tolerance_m, tick, std::span(last.active).first(last.active_count));
+    settle_cones(error, tolerance_m, tick);
+    way = asked(last_qp_.z, error);
+  }
+  return way;
+}
+
+}  // namespace haptic
