@@ -183,6 +183,16 @@ class FacetScreen {
   [[nodiscard]] Real gap_along(const Vec3& normal_w, const Placed& at,
                                std::uint32_t facet) const noexcept;
   [[nodiscard]] Placed placed(const Row& row, const GripPose& p) const noexcept;
+  /// The row of the lanes that a search is at, placed at both ends of the way.
+  struct LostRow {
+    std::uint32_t row = kNoFacet;
+    bool is_move = false;  ///< the ends differ
+    Placed at_p{}, at_q{};
+    Real needed_m = 0;  ///< gap that a fixed plane must have at both ends
+  };
+  [[nodiscard]] std::uint32_t worst_lost(float need_m) noexcept;
+  [[nodiscard]] bool certify_lost(const Lost& lost, std::uint32_t facet, const LostRow& at,
+                                  const Way& way, Tried& tried) noexcept;
   [[nodiscard]] bool find_plane(const Between& between, Tried& tried) noexcept;
   [[nodiscard]] bool find_closest(const Placed& at, const Between& between, Tried& tried) noexcept;
   Plane try_plane(const Vec3& normal_w, const Between& between, Tried& tried) const noexcept;

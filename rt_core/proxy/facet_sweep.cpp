@@ -136,74 +136,79 @@ void FacetScreen::sweep(const Way& way) noexcept {
   q_done_ = false;
 }
 
+/// Moves those that lack up to a level, which rises in a few steps to what is needed, to the front
+/// of those not searched yet: what lacks most comes first. @return where they end.
+std::uint32_t FacetScreen::worst_lost(float need_m) noexcept {
+  std::uint32_t end = lost_.size();
+  if (!(end - searched_ > kFewLost && need_m - worst_m_ > 0.1f * need_m)) return end;
+  const float level = worst_m_ + 0.25f * (need_m - worst_m_);
+  end = searched_;
+  float next_m = need_m;
+  for (std::uint32_t k = searched_; k < lost_.size(); ++k) {
+    if (lost_[k].gap_m <= level) {
+      std::swap(lost_[k], lost_[end++]);
+    } else {
+      next_m = std::min(next_m, lost_[k].gap_m);
+    }
+  }
+  worst_m_ = next_m;
+  return end;
+}
+
+/// Whether a plane, fixed or turning, certifies a lane on the way; `tried`: what was looked at.
+bool FacetScreen::certify_lost(const Lost& lost, std::uint32_t facet, const LostRow& at,
+                               const Way& way, Tried& tried) noexcept {
+  const Row& row = rows_[lost.row];
+  Between between{lost.row, facet, &way.p, nullptr, &at.at_p, nullptr, at.needed_m};
+  if (at.is_move) {
+    between.q = &way.q;
+    between.at_q = &at.at_q;
+  }
+  Turned turned{lost.row, lost.block, lost.lane, facet, Vec3::Zero()};
+  const Real lever_m = static_cast<Real>(of(lever_m_, lost.row));
+  const auto turns = [&] {
+    return at.is_move && turns_past(row, lever_m, way, tried, turned.normal_w) &&
+           turned_.push(turned);
+  };
+  bool found = find_plane(between, tried);
+  // The end first, for what holds there may hold on.
+  if (!found && turns()) return true;
+  if (!found && at.is_move) {
+    found = find_closest(at.at_q, between, tried);
+    if (!found && turns()) return true;
+  }
+  found = found || find_closest(at.at_p, between, tried);
+  if (!found) return turns();
+  write(blocks_[lost.block], lost.lane, row, facet, tried.best.normal_w);
+  float& least = of(least_m_, lost.row);
+  least = std::min(least, rounded_down(tried.best.gap_p_m - static_cast<Real>(row.rounding_m)));
+  return true;
+}
+
 FacetScreen::Search FacetScreen::search(const Way& way, std::uint32_t most_work) noexcept {
   misses_.clear();
   const GripPose &p = way.p, &q = way.q;
-  const bool is_move = !(q.x0_w == p.x0_w && q.q_wa.coeffs() == p.q_wa.coeffs());
+  LostRow at;
+  at.is_move = !(q.x0_w == p.x0_w && q.q_wa.coeffs() == p.q_wa.coeffs());
   const float need_m = rounded_up(way.least_m * kScreenRoundedUp);
   const std::uint32_t begin = work_;
-  std::uint32_t last = kNoFacet;
-  Placed at_p{}, at_q{};
-  Real needed_m = 0;
   while (searched_ < lost_.size()) {
-    // Those that lack most first: in a few steps up to what is needed.
-    std::uint32_t end = lost_.size();
-    if (end - searched_ > kFewLost && need_m - worst_m_ > 0.1f * need_m) {
-      const float level = worst_m_ + 0.25f * (need_m - worst_m_);
-      end = searched_;
-      float next_m = need_m;
-      for (std::uint32_t k = searched_; k < lost_.size(); ++k) {
-        if (lost_[k].gap_m <= level) {
-          std::swap(lost_[k], lost_[end++]);
-        } else {
-          next_m = std::min(next_m, lost_[k].gap_m);
-        }
-      }
-      worst_m_ = next_m;
-    }
-    for (; searched_ < end; ++searched_) {
+    for (const std::uint32_t end = worst_lost(need_m); searched_ < end; ++searched_) {
       const Lost& lost = lost_[searched_];
-      ScreenBlock& block = blocks_[lost.block];
-      const std::uint32_t facet = block.facet[lost.lane];
+      const std::uint32_t facet = blocks_[lost.block].facet[lost.lane];
       if (facet == kNoFacet) continue;  // the law has it
       if (work_ - begin >= most_work) return Search::kSpent;
       const Row& row = rows_[lost.row];
-      if (lost.row != last) {
-        at_p = placed(row, p);
-        at_q = placed(row, q);
-        needed_m = way.least_m + excess_m(lost.row, way) + static_cast<Real>(row.rounding_m);
-        last = lost.row;
+      if (lost.row != at.row) {
+        at.at_p = placed(row, p);
+        at.at_q = placed(row, q);
+        at.needed_m = way.least_m + excess_m(lost.row, way) + static_cast<Real>(row.rounding_m);
+        at.row = lost.row;
       }
       Tried tried;
-      Between between{lost.row, facet, &p, nullptr, &at_p, nullptr, needed_m};
-      if (is_move) {
-        between.q = &q;
-        between.at_q = &at_q;
-      }
-      Turned turned{lost.row, lost.block, lost.lane, facet, Vec3::Zero()};
-      const Real lever_m = static_cast<Real>(of(lever_m_, lost.row));
-      const auto turns = [&] {
-        return is_move && turns_past(row, lever_m, way, tried, turned.normal_w) &&
-               turned_.push(turned);
-      };
-      bool found = find_plane(between, tried);
-      // The end first, for what holds there may hold on.
-      if (!found && turns()) continue;
-      if (!found && is_move) {
-        found = find_closest(at_q, between, tried);
-        if (!found && turns()) continue;
-      }
-      found = found || find_closest(at_p, between, tried);
-      if (found) {
-        write(block, lost.lane, row, facet, tried.best.normal_w);
-        float& least = of(least_m_, lost.row);
-        least =
-            std::min(least, rounded_down(tried.best.gap_p_m - static_cast<Real>(row.rounding_m)));
-        continue;
-      }
-      if (turns()) continue;
-      static_cast<void>(
-          misses_.push({lost.row, row.piece, facet, is_move ? way.least_m : tried.best.gap_p_m}));
+      if (certify_lost(lost, facet, at, way, tried)) continue;
+      static_cast<void>(misses_.push(
+          {lost.row, row.piece, facet, at.is_move ? way.least_m : tried.best.gap_p_m}));
       if (misses_.size() == kMostMisses) {
         ++searched_;
         return Search::kMisses;

@@ -27,6 +27,98 @@ void FacetTree::place(Arena& arena, std::uint32_t facets) noexcept {
   begin_ = arena.take<std::uint32_t>(2 * nodes);
 }
 
+namespace {
+
+/// The facets of a tree while it is built.
+struct FacetSet {
+  std::span<const StaticFacet> facets;
+  std::span<const Vec3> corners_w;
+
+  [[nodiscard]] std::span<const Vec3> corners_of(std::uint32_t f) const noexcept {
+    return corners_w.subspan(facets[f].begin, facets[f].count);
+  }
+  /// Twice the middle of a facet along an axis [m].
+  [[nodiscard]] Real centre(std::uint32_t f, int axis) const noexcept {
+    Real least = std::numeric_limits<Real>::max(), most = -least;
+    for (const Vec3& corner : corners_of(f)) {
+      least = std::min(least, corner[axis]);
+      most = std::max(most, corner[axis]);
+    }
+    return least + most;
+  }
+};
+
+/// The axis along which the middles of some facets lie farthest apart.
+int longest_axis(const FacetSet& set, std::span<const std::uint32_t> facets) noexcept {
+  Vec3 least = Vec3::Constant(std::numeric_limits<Real>::max()), most = -least;
+  for (const std::uint32_t f : facets) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const Real c = set.centre(f, axis);
+      least[axis] = std::min(least[axis], c);
+      most[axis] = std::max(most[axis], c);
+    }
+  }
+  const Vec3 side = most - least;
+  return side[0] >= side[1] && side[0] >= side[2] ? 0 : side[1] >= side[2] ? 1 : 2;
+}
+
+/// Cuts the first of `parts` into at most kFloatLanes: children of one size, a power of eight, but
+/// for the last of them. @return how many.
+std::uint32_t split(const FacetSet& set, std::span<std::uint32_t> order,
+                    Range (&parts)[kFloatLanes]) noexcept {
+  std::uint32_t count = 1;
+  std::uint32_t unit = 1;
+  while (unit * kFloatLanes < parts[0].size()) unit *= kFloatLanes;
+  for (std::uint32_t k = 0; k < count;) {
+    const Range part = parts[k];
+    if (part.size() <= unit || count == kFloatLanes) {
+      ++k;
+      continue;
+    }
+    const int axis = longest_axis(set, order.subspan(part.begin, part.size()));
+    const std::uint32_t units = (part.size() + unit - 1) / unit;
+    const std::uint32_t middle = part.begin + (units / 2) * unit;
+    std::nth_element(order.data() + part.begin, order.data() + middle, order.data() + part.end,
+                     [&](std::uint32_t l, std::uint32_t r) {
+                       const Real at_l = set.centre(l, axis), at_r = set.centre(r, axis);
+                       return at_l < at_r || (at_l == at_r && l < r);
+                     });
+    parts[k] = {part.begin, middle};
+    parts[count++] = {middle, part.end};
+  }
+  return count;
+}
+
+}  // namespace
+
+/// Fills the box of a child, or the facet that it is; a child without facets is far from all.
+void FacetTree::fill(Node& node, std::uint32_t k, std::span<const std::uint32_t> in,
+                     std::span<const StaticFacet> facets,
+                     std::span<const Vec3> corners_w) const noexcept {
+  for (int x = 0; x < 3; ++x) {
+    node.low[x][k] = kFar;
+    node.high[x][k] = -kFar;
+    node.normal[x][k] = 0;
+  }
+  node.offset[k] = 0;
+  node.child[k] = 0;
+  const FacetSet set{facets, corners_w};
+  for (const std::uint32_t f : in) {
+    for (const Vec3& corner : set.corners_of(f)) {
+      for (int x = 0; x < 3; ++x) {
+        const Real from = corner[x] - middle_w_[x];
+        node.low[x][k] = std::min(node.low[x][k], rounded_down(from));
+        node.high[x][k] = std::max(node.high[x][k], rounded_up(from));
+      }
+    }
+  }
+  if (in.size() != 1) return;
+  const StaticFacet& facet = facets[in[0]];
+  for (int x = 0; x < 3; ++x) node.normal[x][k] = static_cast<float>(facet.normal[x]);
+  node.offset[k] = static_cast<float>(facet.offset_m - facet.normal.dot(middle_w_));
+  node.child[k] = kFacet | in[0];
+}
+
 void FacetTree::build(std::span<const StaticFacet> facets,
                       std::span<const Vec3> corners_w) noexcept {
   Vec3 low = corners_w[0], high = low;
@@ -37,82 +129,20 @@ void FacetTree::build(std::span<const StaticFacet> facets,
   middle_w_ = 0.5_r * (low + high);
   rounding_m_ = kTreeRounding * std::sqrt((high - low).squaredNorm()) +
                 64 * kRealEpsilon * (std::sqrt(low.squaredNorm()) + std::sqrt(high.squaredNorm()));
-  const auto corners_of = [&](std::uint32_t f) {
-    return corners_w.subspan(facets[f].begin, facets[f].count);
-  };
-  const auto centre = [&](std::uint32_t f, int axis) {
-    Real least = std::numeric_limits<Real>::max(), most = -least;
-    for (const Vec3& corner : corners_of(f)) {
-      least = std::min(least, corner[axis]);
-      most = std::max(most, corner[axis]);
-    }
-    return least + most;
-  };
   for (std::uint32_t f = 0; f < order_.size(); ++f) order_[f] = f;
   begin_[0] = 0;
   begin_[1] = static_cast<std::uint32_t>(order_.size());
   std::uint32_t made = 1;
   for (std::uint32_t at = 0; at < made; ++at) {
     Range parts[kFloatLanes] = {{begin_[2 * at], begin_[2 * at + 1]}};
-    std::uint32_t count = 1;
-    // Children of one size, a power of eight, but for the last of them.
-    std::uint32_t unit = 1;
-    while (unit * kFloatLanes < parts[0].size()) unit *= kFloatLanes;
-    for (std::uint32_t k = 0; k < count;) {
-      const Range part = parts[k];
-      if (part.size() <= unit || count == kFloatLanes) {
-        ++k;
-        continue;
-      }
-      Vec3 least = Vec3::Constant(std::numeric_limits<Real>::max()), most = -least;
-      for (std::uint32_t i = part.begin; i < part.end; ++i) {
-        for (int axis = 0; axis < 3; ++axis) {
-          const Real c = centre(order_[i], axis);
-          least[axis] = std::min(least[axis], c);
-          most[axis] = std::max(most[axis], c);
-        }
-      }
-      const Vec3 side = most - least;
-      const int axis = side[0] >= side[1] && side[0] >= side[2] ? 0 : side[1] >= side[2] ? 1 : 2;
-      const std::uint32_t units = (part.size() + unit - 1) / unit;
-      const std::uint32_t middle = part.begin + (units / 2) * unit;
-      std::nth_element(order_.data() + part.begin, order_.data() + middle, order_.data() + part.end,
-                       [&](std::uint32_t l, std::uint32_t r) {
-                         const Real at_l = centre(l, axis), at_r = centre(r, axis);
-                         return at_l < at_r || (at_l == at_r && l < r);
-                       });
-      parts[k] = {part.begin, middle};
-      parts[count++] = {middle, part.end};
-    }
-    Node& node = nodes_[at];
+    const std::uint32_t count = split({facets, corners_w}, order_, parts);
     for (std::uint32_t k = 0; k < kFloatLanes; ++k) {
-      for (int x = 0; x < 3; ++x) {
-        node.low[x][k] = kFar;
-        node.high[x][k] = -kFar;
-        node.normal[x][k] = 0;
-      }
-      node.offset[k] = 0;
-      node.child[k] = 0;
-      if (k >= count || parts[k].size() == 0) continue;
-      for (std::uint32_t i = parts[k].begin; i < parts[k].end; ++i) {
-        for (const Vec3& corner : corners_of(order_[i])) {
-          for (int x = 0; x < 3; ++x) {
-            const Real from = corner[x] - middle_w_[x];
-            node.low[x][k] = std::min(node.low[x][k], rounded_down(from));
-            node.high[x][k] = std::max(node.high[x][k], rounded_up(from));
-          }
-        }
-      }
-      if (parts[k].size() == 1) {
-        const StaticFacet& facet = facets[order_[parts[k].begin]];
-        for (int x = 0; x < 3; ++x) node.normal[x][k] = static_cast<float>(facet.normal[x]);
-        node.offset[k] = static_cast<float>(facet.offset_m - facet.normal.dot(middle_w_));
-        node.child[k] = kFacet | order_[parts[k].begin];
-      } else {
-        begin_[2 * made] = parts[k].begin;
-        begin_[2 * made + 1] = parts[k].end;
-        node.child[k] = made++;
-      }
+      const Range part = k < count ? parts[k] : Range{};
+      fill(nodes_[at], k, order_.subspan(part.begin, part.size()), facets, corners_w);
+      if (part.size() < 2) continue;
+      begin_[2 * made] = part.begin;
+      begin_[2 * made + 1] = part.end;
+      nodes_[at].child[k] = made++;
     }
   }
 }

@@ -55,6 +55,9 @@ class FacetTree {
   static constexpr std::uint32_t kMostLevels = 11;
   static constexpr std::uint32_t kMostWaiting = 7 * kMostLevels + 1;
 
+  void fill(Node& node, std::uint32_t k, std::span<const std::uint32_t> in,
+            std::span<const StaticFacet> facets, std::span<const Vec3> corners_w) const noexcept;
+
   std::span<Node> nodes_;
   std::span<std::uint32_t> order_;
   std::span<std::uint32_t> begin_;  ///< of the facets of each node, in that order

@@ -46,7 +46,7 @@ Real Proxy::path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
                      const Step& step) const noexcept {
   if (is_locked() || step.dtheta_rad.isZero(0)) return std::min(gap_p_m, at_q.gap_m);
   const bool turns = at_q.id.type != ContactType::kB;
-  const Vec3 at_p = turns ? plane_normal(*pair.view, p_.r_wa, at_q.id) : at_q.normal_w;
+  const Vec3 at_p = turns ? plane_normal(*pair.view, part_.pose.r_wa, at_q.id) : at_q.normal_w;
   return path_gap(pair, DirectionGap{at_p, gap_p_m, {}},
                   DirectionGap{at_q.normal_w, at_q.gap_m, {}}, step);
 }
@@ -58,14 +58,14 @@ Real Proxy::path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
 Proxy::SharedGap Proxy::shared_gap(ReachedPair& reached, const Step& step, Real least_m,
                                    ProxyTick& tick) const noexcept {
   SharedGap best;
-  const ProxyPair& pair = pairs_[reached.pair];
+  const ProxyPair& pair = near_.pairs[reached.pair];
   if (!pair.view->has_facet()) return best;
   const Real least_valid = -valid_depth(parameters_.scale);
   std::uint32_t asked = 0;
-  for (const ImposedPlane& imposed : imposed_) {
+  for (const ImposedPlane& imposed : program_.imposed) {
     if (imposed.pair == reached.pair) continue;
     if (asked++ == kMaxSharedDirections) break;
-    const PairView& view = *pairs_[imposed.pair].view;
+    const PairView& view = *near_.pairs[imposed.pair].view;
     const auto gap_at = [&](const GripPose& pose) {
       tick.plane_gaps += 1;
       return direction_gap(*pair.view, pose.r_wa, pose.x0_w - pair.reference_w,
@@ -73,7 +73,7 @@ Proxy::SharedGap Proxy::shared_gap(ReachedPair& reached, const Step& step, Real 
     };
     const DirectionGap at_q = gap_at(step.q);
     if (!(at_q.gap_m > reached.shared_m)) continue;
-    const DirectionGap at_p = gap_at(p_);
+    const DirectionGap at_p = gap_at(part_.pose);
     if (!(at_p.gap_m >= least_valid)) continue;
     reached.shared_m = at_q.gap_m;
     if (!(at_q.gap_m >= least_m)) continue;
@@ -90,7 +90,7 @@ Proxy::SharedGap Proxy::shared_gap(ReachedPair& reached, const Step& step, Real 
 /// on the way there.
 Proxy::PlaneWorth Proxy::worth_of(const ReachedPair& reached, const ValidPlane& plane,
                                   const Step& step, Real least_m, ProxyTick& tick) const noexcept {
-  const ProxyPair& pair = pairs_[reached.pair];
+  const ProxyPair& pair = near_.pairs[reached.pair];
   constexpr Real kLowest = -std::numeric_limits<Real>::max();
   const Real gap_p_m = plane.gap_m;
   PlaneWorth found{plane.id, {}, gap_p_m, kLowest, kLowest, kLowest, {}};
@@ -146,7 +146,47 @@ bool Proxy::keeps_plane(ReachedPair& reached, const Step& step, Real least_m,
 
 /// Whether to find the set of planes of a pair takes long.
 bool Proxy::has_many_nodes(const ReachedPair& reached) const noexcept {
-  return pairs_[reached.pair].view->record.node_count >= kManyNodes;
+  return near_.pairs[reached.pair].view->record.node_count >= kManyNodes;
+}
+
+/// Takes a plane for a pair that the step needs less of, unless it is the `first`, which is taken
+/// in any case. Rows of a plane that p is deeper behind than other steps may end would not raise p:
+/// it comes last of those that do not certify. `worth`: of the plane that the pair has.
+void Proxy::try_plane(ReachedPair& reached, const ValidPlane& plane, bool first, const Step& step,
+                      Real least_m, Real& worth, ProxyTick& tick) const noexcept {
+  const auto is_deep = [&](Real of, Real gap_p_m) {
+    return of < 0 && gap_p_m < -parameters_.scale.tolerance_m / 2;
+  };
+  const PlaneWorth found = worth_of(reached, plane, step, least_m, tick);
+  const bool deep = is_deep(found.worth_m, plane.gap_m);
+  const bool was_deep = is_deep(worth, reached.gap_p_m);
+  if (!first && (deep != was_deep ? deep : !(found.worth_m > worth))) return;
+  worth = found.worth_m;
+  take_plane(reached, found);
+}
+
+/// Whether a face certifies a pair whose valid set takes long to find.
+bool Proxy::certify_by_face(ReachedPair& reached, const Step& step, Real least_m, Real& worth,
+                            ProxyTick& tick) const noexcept {
+  const ProxyPair& pair = near_.pairs[reached.pair];
+  const Real least_valid = -valid_depth(parameters_.scale);
+  const Vec3 y_w = step.q.x0_w - pair.reference_w;
+  const Vec3 y_p_w = part_.pose.x0_w - pair.reference_w;
+  const ReachedPair before = reached;
+  for_each_face(*pair.view, [&](const PlaneId& id) {
+    if (face_bound(*pair.view, part_.pose.r_wa, y_p_w, id, reached.support) < least_valid)
+      return true;
+    if (face_bound(*pair.view, step.q.r_wa, y_w, id, reached.support) < least_m) return true;
+    tick.plane_gaps += 1;
+    const PlaneGap at_p = plane_gap(*pair.view, part_.pose.r_wa, y_p_w, id, reached.support);
+    if (at_p.gap_m >= least_valid) {
+      try_plane(reached, {id, at_p.support, at_p.gap_m}, false, step, least_m, worth, tick);
+    }
+    return worth < 0;
+  });
+  if (worth >= 0) return true;
+  reached = before;
+  return false;
 }
 
 /// Finds the plane that certifies a pair best, of one with a facet the first that does, where its
@@ -154,23 +194,9 @@ bool Proxy::has_many_nodes(const ReachedPair& reached) const noexcept {
 /// the best of them is known before the rest is measured.
 bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
                     ProxyTick& tick) noexcept {
-  const ProxyPair& pair = pairs_[reached.pair];
-  const Vec3 y_w = step.q.x0_w - pair.reference_w;
+  const ProxyPair& pair = near_.pairs[reached.pair];
   constexpr Real kLowest = -std::numeric_limits<Real>::max();
-  // Rows of a plane that p is deeper behind than other steps may end would not raise p: it comes
-  // last of those that do not certify.
-  const auto is_deep = [&](Real worth, Real gap_p_m) {
-    return worth < 0 && gap_p_m < -parameters_.scale.tolerance_m / 2;
-  };
   Real worth = worth_m(reached, least_m);
-  const auto measure = [&](const ValidPlane& plane, bool first) {
-    const PlaneWorth found = worth_of(reached, plane, step, least_m, tick);
-    const bool deep = is_deep(found.worth_m, plane.gap_m);
-    const bool was_deep = is_deep(worth, reached.gap_p_m);
-    if (!first && (deep != was_deep ? deep : !(found.worth_m > worth))) return;
-    worth = found.worth_m;
-    take_plane(reached, found);
-  };
   if (!reached.searched && !may_begin(kSetGrant, tick)) return false;
   const SharedGap shared =
       has_budget(tick) ? shared_gap(reached, step, least_m, tick) : SharedGap{};
@@ -186,26 +212,15 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
     take_shared();
     return true;
   }
-  if (!reached.searched && has_many_nodes(reached)) {
-    const Real least_valid = -valid_depth(parameters_.scale);
-    const Vec3 y_p_w = p_.x0_w - pair.reference_w;
-    const ReachedPair before = reached;
-    for_each_face(*pair.view, [&](const PlaneId& id) {
-      if (face_bound(*pair.view, p_.r_wa, y_p_w, id, reached.support) < least_valid) return true;
-      if (face_bound(*pair.view, step.q.r_wa, y_w, id, reached.support) < least_m) return true;
-      tick.plane_gaps += 1;
-      const PlaneGap at_p = plane_gap(*pair.view, p_.r_wa, y_p_w, id, reached.support);
-      if (at_p.gap_m >= least_valid) measure({id, at_p.support, at_p.gap_m}, false);
-      return worth < 0;
-    });
-    if (worth >= 0) return true;
-    reached = before;
+  if (!reached.searched && has_many_nodes(reached) &&
+      certify_by_face(reached, step, least_m, worth, tick)) {
+    return true;
   }
   if (!reached.searched) find_valid(reached, tick);
   ReachedPair exposed;
   Real exposed_worth = kLowest;
   for (std::uint32_t k = 0; k < reached.valid_count; ++k) {
-    measure(valid_[reached.valid_begin + k], k == 0);
+    try_plane(reached, found_.valid[reached.valid_begin + k], k == 0, step, least_m, worth, tick);
     // A facet that slides past is not kept for long by the best of its planes either.
     if (worth >= 0 && pair.view->has_facet()) return true;
     if (k + 1 != reached.exposed_count) continue;
@@ -235,18 +250,255 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
 /// once: they slide on each other, and what it says of the end lasts.)
 Proxy::HeldGap Proxy::held_gap(const ReachedPair& reached, const Step& step, Real far_m,
                                Real turn_rad) const noexcept {
-  const ProxyPair& pair = pairs_[reached.pair];
+  const ProxyPair& pair = near_.pairs[reached.pair];
   const Real swept_m = far_m + turn_rad * pair.reach_a_m;
   const HeldGap any{reached.gap_m - swept_m, reached.gap_m - swept_m};
   const bool is_enough = !has_facets() && any.on_way_m > parameters_.scale.tolerance_m;
   if (!pair.has_held || is_enough) return any;
   const Vec3 across = pair.held_w.cross(step.dtheta_rad);
-  const Real fall_m = -pair.held_w.dot(step.dx_m) - (p_.r_wa * pair.middle_a).dot(across) +
+  const Real fall_m = -pair.held_w.dot(step.dx_m) - (part_.pose.r_wa * pair.middle_a).dot(across) +
                       pair.radius_a_m * std::sqrt(across.squaredNorm());
   const Real bend_m =
       kTurnBend * pair.reach_a_m * turn_rad * turn_rad + kHeldRounding * kRealEpsilon * swept_m;
   return {std::max(any.at_end_m, reached.gap_m - (fall_m + bend_m)),
           std::max(any.on_way_m, reached.gap_m - (std::max(fall_m, Real{0}) + bend_m))};
+}
+
+/// One check of a step, on the stack: the step, what it has found so far, and the pairs that their
+/// own plane does not certify.
+class Proxy::StepCheck {
+ public:
+  StepCheck(Proxy& proxy, const Step& step, Real least_m, ProxyTick& tick,
+            const Step* before) noexcept;
+  [[nodiscard]] Check run() noexcept;
+
+ private:
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+
+  void keep_to_lists() noexcept;
+  void look_at(std::uint32_t begin) noexcept;
+  [[nodiscard]] bool is_still_sound(ReachedPair& reached, const ProxyPair& pair) const noexcept;
+  [[nodiscard]] bool is_held(ReachedPair& reached, const ProxyPair& pair) noexcept;
+  [[nodiscard]] bool is_certified(ReachedPair& reached, ProxyPair& pair) noexcept;
+  [[nodiscard]] bool seat_lacking(std::uint32_t& slot, const ReachedPair& passing) noexcept;
+  void note_lacking(std::uint32_t k) noexcept;
+  void look_at_lacking() noexcept;
+  void pick_next() noexcept;
+  void screen() noexcept;
+
+  Proxy& proxy_;
+  const Step& step_;
+  ProxyTick& tick_;
+  BoundedList<ReachedPair>& reached_;
+  const Real least_m_;  ///< gap that a pair may have at the end of the step, >= this
+  const Real tolerance_m_;
+  const bool knows_;                  ///< the step before tells how much a sound pair can have lost
+  Real apart_m_ = 0, apart_rad_ = 0;  ///< of the step before
+  const Real far_m_, turn_rad_;       ///< of the step
+  Check result_;
+  bool unsure_ = false;  ///< the budget has ended before all were known
+  /// The pairs that lack, in the order in which they were found: a list through next_open.
+  std::uint32_t first_open_ = kNone, last_open_ = kNone;
+  std::uint32_t first_ = kNone;  ///< the one of them that lacks most by its own plane
+};
+
+Proxy::StepCheck::StepCheck(Proxy& proxy, const Step& step, Real least_m, ProxyTick& tick,
+                            const Step* before) noexcept
+    : proxy_(proxy),
+      step_(step),
+      tick_(tick),
+      reached_(proxy.pass_.reached),
+      least_m_(least_m),
+      tolerance_m_(proxy.parameters_.scale.tolerance_m),
+      knows_(kSceneTraits.facets && before != nullptr && proxy.has_long_lists()),
+      far_m_(std::sqrt(step.dx_m.squaredNorm())),
+      turn_rad_(std::sqrt(step.dtheta_rad.squaredNorm())) {
+  if (!knows_) return;
+  constexpr Real kUp = 1 + 16 * kRealEpsilon;
+  apart_m_ = std::sqrt((step.q.x0_w - before->q.x0_w).squaredNorm()) * kUp;
+  apart_rad_ = std::sqrt((step.dtheta_rad - before->dtheta_rad).squaredNorm()) * kUp;
+}
+
+/// Where there was no room for every pair near p, no way leads to one that is not in the list.
+void Proxy::StepCheck::keep_to_lists() noexcept {
+  const Real clear_m = proxy_.unlisted_m();
+  const Real listed_m = proxy_.list_motion_m(far_m_, turn_rad_);
+  const NearPairs& list = proxy_.near_.list;
+  if (listed_m > clear_m) {
+    result_.ok = false;
+    result_.share = std::max(clear_m / listed_m, kLeastShare);
+    if (!(clear_m > kLeastShare * listed_m)) tick_.limited = true;
+    tick_.crowded = tick_.crowded || list.overflowed();
+  }
+  for (const LeftOut& left : list.left_out()) {
+    const Real taken = taken_m(left, step_.dx_m, step_.dtheta_rad);
+    const Real room_m = std::max(left.gap_m - proxy_.skin_m() + tolerance_m_ / 2, Real{0});
+    if (!(taken > room_m)) continue;
+    result_.ok = false;
+    result_.share = std::min(result_.share, std::max(room_m / taken, kLeastShare));
+    if (!(room_m > kLeastShare * taken)) tick_.limited = true;
+    tick_.crowded = true;
+  }
+}
+
+void Proxy::StepCheck::note_lacking(std::uint32_t k) noexcept {
+  reached_[k].open = true;
+  reached_[k].next_open = kNone;
+  (first_open_ == kNone ? first_open_ : reached_[last_open_].next_open) = k;
+  last_open_ = k;
+  if (first_ == kNone || reached_[k].gap_q_m < reached_[first_].gap_q_m) first_ = k;
+}
+
+/// Of all that lack still the one that lacks most.
+void Proxy::StepCheck::pick_next() noexcept {
+  first_ = kNone;
+  std::uint32_t scanned = 0;
+  for (std::uint32_t at = first_open_; at < kNone; at = reached_[at].next_open, ++scanned) {
+    if (!reached_[at].open) continue;
+    if (first_ == kNone || reached_[at].gap_q_m < reached_[first_].gap_q_m) first_ = at;
+  }
+  tick_.search_work += scanned / kPickedOfUnit;
+}
+
+/// Finds other planes for the pairs that lack: first those that lack most, then in their order.
+void Proxy::StepCheck::look_at_lacking() noexcept {
+  std::uint32_t picks = 0, other = first_open_;
+  while (first_ < kNone && (picks < kMostPicks || other < kNone)) {
+    const bool picked = picks < kMostPicks;
+    const std::uint32_t k = picked ? first_ : other;
+    if (picked) {
+      ++picks;
+    } else {
+      other = reached_[k].next_open;
+    }
+    ReachedPair& reached = reached_[k];
+    const Real lacks_m = proxy_.least_from(least_m_, reached.gap_p_m) - reached.gap_q_m;
+    const bool is_known = reached.searched || !proxy_.has_many_nodes(reached);
+    const bool waits = result_.lacking_m > 0 && !(lacks_m > result_.lacking_m && is_known);
+    if (!reached.open || waits) continue;
+    if (!proxy_.certify(reached, step_, least_m_, tick_)) {
+      unsure_ = true;
+      break;
+    }
+    reached.open = false;
+    proxy_.judge_gap(k, least_m_, result_);
+    if (picked) pick_next();
+  }
+  first_ = kNone;
+}
+
+/// Whether the check before found a pair so far apart that it still is.
+bool Proxy::StepCheck::is_still_sound(ReachedPair& reached, const ProxyPair& pair) const noexcept {
+  const bool was_sound = knows_ && reached.sound && reached.checked + 1 == proxy_.pass_.checks;
+  reached.checked = proxy_.pass_.checks;
+  if (!was_sound) return false;
+  const Real less_m = apart_m_ + apart_rad_ * pair.reach_a_m;
+  const Real least = std::min(reached.gap_q_m, reached.path_m) - less_m;
+  if (!(least > tolerance_m_)) return false;
+  reached.shared = reached.shared || reached.exact_q;
+  reached.exact_q = false;
+  reached.gap_q_m -= less_m;
+  reached.path_m -= less_m;
+  return true;
+}
+
+/// Whether the direction that is held for a pair certifies it.
+bool Proxy::StepCheck::is_held(ReachedPair& reached, const ProxyPair& pair) noexcept {
+  HeldGap held = proxy_.held_gap(reached, step_, far_m_, turn_rad_);
+  if (!reached.exact_p && !(held.on_way_m > tolerance_m_)) {
+    proxy_.look_closer(reached, tick_);
+    held = proxy_.held_gap(reached, step_, far_m_, turn_rad_);
+  }
+  if (!(held.on_way_m > tolerance_m_)) return false;
+  reached.plane = pair.plane;
+  reached.support = pair.support;
+  reached.gap_p_m = reached.gap_m;
+  reached.gap_q_m = held.at_end_m;
+  reached.path_m = held.on_way_m;
+  reached.exact_q = reached.shared = false;
+  return true;
+}
+
+/// Whether a pair needs no other plane than its own, or cannot be told for want of budget.
+bool Proxy::StepCheck::is_certified(ReachedPair& reached, ProxyPair& pair) noexcept {
+  if (is_still_sound(reached, pair)) return true;
+  reached.sound = is_held(reached, pair);
+  if (reached.sound) return true;
+  if (reached.unsure) {
+    unsure_ = true;
+    reached.exact_q = false;
+    return true;
+  }
+  proxy_.need_view(pair, tick_);
+  reached.sound = proxy_.keeps_plane(reached, step_, least_m_, tick_);
+  return reached.sound;
+}
+
+/// Gives a seat to a pair that lacks and has none; false: there is no room for it.
+bool Proxy::StepCheck::seat_lacking(std::uint32_t& slot, const ReachedPair& passing) noexcept {
+  std::uint32_t seat = proxy_.free_seat(least_m_, false);
+  if (seat == reached_.size()) {
+    tick_.search_work += 1 + reached_.size() / kSeatsOfUnit;
+    look_at_lacking();
+    seat = proxy_.free_seat(least_m_, true);
+  }
+  if (seat == reached_.size() || unsure_) return false;
+  proxy_.give_seat(seat, slot, passing);
+  note_lacking(seat);
+  return true;
+}
+
+/// The pairs from `begin` on, those with a seat first.
+void Proxy::StepCheck::look_at(std::uint32_t begin) noexcept {
+  const std::span<std::uint32_t> others = proxy_.beside();
+  ReachedPair passing;
+  const std::uint32_t seated = reached_.size();
+  for (std::uint32_t k = begin; k < seated + others.size(); ++k) {
+    if (k >= seated) passing = proxy_.seen(others[k - seated]);
+    ReachedPair& reached = k < seated ? reached_[k] : passing;
+    reached.open = false;
+    if (is_certified(reached, proxy_.near_.pairs[reached.pair])) continue;
+    if (k < seated) {
+      note_lacking(k);
+    } else if (!seat_lacking(others[k - seated], passing)) {
+      result_.ok = false;  // what lacks already is enough for one round
+      break;
+    }
+  }
+  look_at_lacking();
+}
+
+/// Those that the screen cannot certify join the others, until it has no more.
+void Proxy::StepCheck::screen() noexcept {
+  for (bool goes_on = false; result_.ok && !unsure_; goes_on = true) {
+    const std::uint32_t begin = reached_.size();
+    const Screened end = proxy_.screen_step(step_, least_m_, goes_on, tick_);
+    if (end == Screened::kDone) break;
+    if (end == Screened::kMissed) {
+      look_at(begin);
+    } else if (end == Screened::kRefused) {
+      result_.ok = false;
+      result_.share = std::min(result_.share, kRefusedShare);
+    } else {
+      unsure_ = true;
+    }
+  }
+  if (!result_.ok) proxy_.near_.screen->forget_done();
+}
+
+Proxy::Check Proxy::StepCheck::run() noexcept {
+  proxy_.pass_.checks += 1;
+  const Real motion = far_m_ + turn_rad_ * proxy_.parameters_.radius_m;
+  if (motion > proxy_.pass_.reach_m) proxy_.widen(motion, tick_);
+  keep_to_lists();
+  look_at(0);
+  if (proxy_.has_screen()) screen();
+  // Another pair that lacks a plane is told first: its plane may keep this one clear too.
+  if (unsure_) {
+    result_.ok = false;
+    tick_.spent = !(result_.lacking_m > 0);
+  }
+  return result_;
 }
 
 /// Looks at the planes of the pairs whose own do not certify them only as far as it may change the
@@ -258,174 +510,12 @@ Proxy::HeldGap Proxy::held_gap(const ReachedPair& reached, const Step& step, Rea
 /// the ends of the two are apart, is not looked at again.
 Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick,
                           const Step* before) noexcept {
-  Check result;
-  checks_ += 1;
-  const bool knows = kSceneTraits.facets && before != nullptr && has_long_lists();
-  const Real apart_m =
-      knows ? std::sqrt((step.q.x0_w - before->q.x0_w).squaredNorm()) * (1 + 16 * kRealEpsilon) : 0;
-  const Real apart_rad = knows ? std::sqrt((step.dtheta_rad - before->dtheta_rad).squaredNorm()) *
-                                     (1 + 16 * kRealEpsilon)
-                               : 0;
-  const Real far = std::sqrt(step.dx_m.squaredNorm());
-  const Real turn = std::sqrt(step.dtheta_rad.squaredNorm());
-  const Real motion = far + turn * parameters_.radius_m;
-  if (motion > reach_m_) widen(motion, tick);
-  // Where there was no room for every pair near p, no way leads to one that is not in the list.
-  const Real clear_m = unlisted_m(), listed_m = list_motion_m(far, turn);
-  if (listed_m > clear_m) {
-    result.ok = false;
-    result.share = std::max(clear_m / listed_m, kLeastShare);
-    if (!(clear_m > kLeastShare * listed_m)) tick.limited = true;
-    tick.crowded = tick.crowded || near_pairs_.overflowed();
-  }
-  for (const LeftOut& left : near_pairs_.left_out()) {
-    const Real taken = taken_m(left, step.dx_m, step.dtheta_rad);
-    const Real room_m =
-        std::max(left.gap_m - skin_m() + parameters_.scale.tolerance_m / 2, Real{0});
-    if (!(taken > room_m)) continue;
-    result.ok = false;
-    result.share = std::min(result.share, std::max(room_m / taken, kLeastShare));
-    if (!(room_m > kLeastShare * taken)) tick.limited = true;
-    tick.crowded = true;
-  }
-  constexpr std::uint32_t none = UINT32_MAX;
-  std::uint32_t first = none;  // lacks most by its own plane
-  bool unsure = false;
-  std::uint32_t first_open = none, last_open = none;
-  const auto note_lacking = [&](std::uint32_t k) {
-    reached_[k].open = true;
-    reached_[k].next_open = none;
-    (first_open == none ? first_open : reached_[last_open].next_open) = k;
-    last_open = k;
-    if (first == none || reached_[k].gap_q_m < reached_[first].gap_q_m) first = k;
-  };
-  const auto look_at_lacking = [&] {
-    std::uint32_t picks = 0, other = first_open;
-    while (first < none && (picks < kMostPicks || other < none)) {
-      const bool picked = picks < kMostPicks;
-      const std::uint32_t k = picked ? first : other;
-      if (picked) {
-        ++picks;
-      } else {
-        other = reached_[k].next_open;
-      }
-      ReachedPair& reached = reached_[k];
-      const Real lacks_m = least_from(least_m, reached.gap_p_m) - reached.gap_q_m;
-      const bool is_known = reached.searched || !has_many_nodes(reached);
-      const bool waits = result.lacking_m > 0 && !(lacks_m > result.lacking_m && is_known);
-      if (!reached.open || waits) continue;
-      if (!certify(reached, step, least_m, tick)) {
-        unsure = true;
-        break;
-      }
-      reached.open = false;
-      judge_gap(k, least_m, result);
-      if (!picked) continue;
-      // The next one: of all that lack still the one that lacks most.
-      first = none;
-      std::uint32_t scanned = 0;
-      for (std::uint32_t at = first_open; at < none; at = reached_[at].next_open, ++scanned) {
-        if (!reached_[at].open) continue;
-        if (first == none || reached_[at].gap_q_m < reached_[first].gap_q_m) first = at;
-      }
-      tick.search_work += scanned / kPickedOfUnit;
-    }
-    first = none;
-  };
-  const std::span<std::uint32_t> others = beside();
-  ReachedPair passing;
-  const auto look_at = [&](std::uint32_t begin) {
-    const std::uint32_t seated = reached_.size();
-    for (std::uint32_t k = begin; k < seated + others.size(); ++k) {
-      if (k >= seated) passing = seen(others[k - seated]);
-      ReachedPair& reached = k < seated ? reached_[k] : passing;
-      ProxyPair& pair = pairs_[reached.pair];
-      reached.open = false;
-      const bool was_sound = knows && reached.sound && reached.checked + 1 == checks_;
-      reached.checked = checks_;
-      if (was_sound) {
-        const Real less_m = apart_m + apart_rad * pair.reach_a_m;
-        const Real least = std::min(reached.gap_q_m, reached.path_m) - less_m;
-        if (least > parameters_.scale.tolerance_m) {
-          reached.shared = reached.shared || reached.exact_q;
-          reached.exact_q = false;
-          reached.gap_q_m -= less_m;
-          reached.path_m -= less_m;
-          continue;
-        }
-      }
-      reached.sound = false;
-      HeldGap held = held_gap(reached, step, far, turn);
-      if (!reached.exact_p && !(held.on_way_m > parameters_.scale.tolerance_m)) {
-        look_closer(reached, tick);
-        held = held_gap(reached, step, far, turn);
-      }
-      if (held.on_way_m > parameters_.scale.tolerance_m) {
-        reached.plane = pair.plane;
-        reached.support = pair.support;
-        reached.gap_p_m = reached.gap_m;
-        reached.gap_q_m = held.at_end_m;
-        reached.path_m = held.on_way_m;
-        reached.exact_q = reached.shared = false;
-        reached.sound = true;
-        continue;
-      }
-      if (reached.unsure) {
-        unsure = true;
-        reached.exact_q = false;
-        continue;
-      }
-      need_view(pair, tick);
-      if (keeps_plane(reached, step, least_m, tick)) {
-        reached.sound = true;
-        continue;
-      }
-      if (k < seated) {
-        note_lacking(k);
-        continue;
-      }
-      std::uint32_t seat = free_seat(least_m, false);
-      if (seat == reached_.size()) {
-        tick.search_work += 1 + reached_.size() / kSeatsOfUnit;
-        look_at_lacking();
-        seat = free_seat(least_m, true);
-      }
-      if (seat == reached_.size() || unsure) {  // what lacks already is enough for one round
-        result.ok = false;
-        break;
-      }
-      give_seat(seat, others[k - seated], passing);
-      note_lacking(seat);
-    }
-    look_at_lacking();
-  };
-  look_at(0);
-  // Those that the screen cannot certify join the others, until it has no more.
-  for (bool goes_on = false; has_screen() && result.ok && !unsure; goes_on = true) {
-    const std::uint32_t begin = reached_.size();
-    const Screened end = screen_step(step, least_m, goes_on, tick);
-    if (end == Screened::kDone) break;
-    if (end == Screened::kMissed) {
-      look_at(begin);
-    } else if (end == Screened::kRefused) {
-      result.ok = false;
-      result.share = std::min(result.share, kRefusedShare);
-    } else {
-      unsure = true;
-    }
-  }
-  if (has_screen() && !result.ok) screen_->forget_done();
-  // Another pair that lacks a plane is told first: its plane may keep this one clear too.
-  if (unsure) {
-    result.ok = false;
-    tick.spent = !(result.lacking_m > 0);
-  }
-  return result;
+  return StepCheck(*this, step, least_m, tick, before).run();
 }
 
 /// What the planes of a pair at a step, all of them looked at, say of it.
 void Proxy::judge_gap(std::uint32_t k, Real least_m, Check& result) const noexcept {
-  const ReachedPair& reached = reached_[k];
+  const ReachedPair& reached = pass_.reached[k];
   const Real lacking = least_from(least_m, reached.gap_p_m) - reached.gap_q_m;
   const Real deepest_m = deepest_on_way(parameters_.scale, reached.gap_p_m);
   if (lacking > 0) {
@@ -459,10 +549,10 @@ bool Proxy::correct(Step& step, ProxyTick& tick) noexcept {
       return true;
     }
     if (k == kMaxCorrections || !(result.lacking_m > 0)) break;
-    rows_.clear();
-    for (const ReachedPair& reached : reached_) {
+    program_.rows.clear();
+    for (const ReachedPair& reached : pass_.reached) {
       if (!reached.exact_q || reached.open || reached.gap_q_m > scale.step_m) continue;
-      const ProxyPair& pair = pairs_[reached.pair];
+      const ProxyPair& pair = near_.pairs[reached.pair];
       const PlaneGap gap =
           plane_gap(*pair.view, trial.q.r_wa, Vec3(trial.q.x0_w - pair.reference_w), reached.plane,
                     reached.support);
@@ -471,7 +561,7 @@ bool Proxy::correct(Step& step, ProxyTick& tick) noexcept {
       QpRow row;
       row.g.head<3>() = gap.normal_w;
       row.h = -gap.gap_m;
-      if (!rows_.push(row)) return false;
+      if (!program_.rows.push(row)) return false;
     }
     const QpResult found = solve_rows(1.0e-4_r * scale.tolerance_m, tick);
     trial = step_by(trial.dx_m + found.z.head<3>(), trial.dtheta_rad);

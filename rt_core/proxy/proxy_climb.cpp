@@ -71,32 +71,52 @@ struct Proxy::ClimbStart {
   double back_m = 0;  ///< how far p has gone since
 };
 
+Proxy::ClimbStart Proxy::climb_start(const ProxyTick& tick) const noexcept {
+  ClimbStart start;
+  start.p = part_.pose;
+  start.way = slip_.way;
+  start.way_left_m = move_.way_left_m;
+  start.turn_left_rad = move_.turn_left_rad;
+  start.may_close = move_.may_close;
+  start.moved_little = move_.moved_little;
+  start.limited = tick.limited;
+  start.residual_n = tick.residual_n;
+  start.rejected = tick.rejected;
+  start.active_count = kept_.active.size();
+  std::copy(kept_.active.begin(), kept_.active.end(), start.active.begin());
+  for (std::uint32_t k = 0; k < near_.list.left_out().size(); ++k) {
+    start.left_out_m[k] = near_.list.left_out()[k].gap_m;
+  }
+  return start;
+}
+
 PlaneGap Proxy::gap_at_p(const ImposedPlane& plane, ProxyTick& tick) const noexcept {
-  const ProxyPair& pair = pairs_[plane.pair];
+  const ProxyPair& pair = near_.pairs[plane.pair];
   tick.plane_gaps += 1;
-  return plane_gap(*pair.view, p_.r_wa, Vec3(p_.x0_w - pair.reference_w), plane.id, plane.support);
+  return plane_gap(*pair.view, part_.pose.r_wa, Vec3(part_.pose.x0_w - pair.reference_w), plane.id,
+                   plane.support);
 }
 
 /// Whether the planes that hold p may be a low step, and no climb here has just led nowhere over
 /// the same pairs.
 bool Proxy::may_climb(ProxyTick& tick) noexcept {
   const Real climb_m = parameters_.scale.climb_m;
-  if (!(climb_m > 0) || tick.inside || active_.size() < 2 || !has_budget(tick)) return false;
+  if (!(climb_m > 0) || tick.inside || kept_.active.size() < 2 || !has_budget(tick)) return false;
   const auto normal_of = [&](const ImposedPlane& plane) {
-    ProxyPair& pair = pairs_[plane.pair];
+    ProxyPair& pair = near_.pairs[plane.pair];
     need_view(pair, tick);
-    return plane_normal(*pair.view, p_.r_wa, plane.id);
+    return plane_normal(*pair.view, part_.pose.r_wa, plane.id);
   };
-  const Vec3 first_w = normal_of(active_[0]);
+  const Vec3 first_w = normal_of(kept_.active[0]);
   bool cornered = false;
-  for (std::uint32_t k = 1; k < active_.size() && !cornered; ++k)
-    cornered = normal_of(active_[k]).dot(first_w) < kOtherPlane;
+  for (std::uint32_t k = 1; k < kept_.active.size() && !cornered; ++k)
+    cornered = normal_of(kept_.active[k]).dot(first_w) < kOtherPlane;
   if (!cornered) return false;
   const auto is_known = [&](const ImposedPlane& plane) {
-    const auto end = climbed_.begin() + climbed_count_;
-    return std::find(climbed_.begin(), end, plane.pair) != end;
+    const auto end = climb_.pairs.begin() + climb_.pair_count;
+    return std::find(climb_.pairs.begin(), end, plane.pair) != end;
   };
-  return !std::all_of(active_.begin(), active_.end(), is_known);
+  return !std::all_of(kept_.active.begin(), kept_.active.end(), is_known);
 }
 
 /// Of the pair of an imposed plane, the face that p is least below, of those that it is below by no
@@ -106,10 +126,10 @@ bool Proxy::find_low_face(const ImposedPlane& imposed, const Vec3& normal_w, Val
                           Real& room_m, ProxyTick& tick) noexcept {
   const ProxyScale& scale = parameters_.scale;
   const Real deepest_m = kRoomHeights * scale.climb_m;
-  ProxyPair& pair = pairs_[imposed.pair];
+  ProxyPair& pair = near_.pairs[imposed.pair];
   std::array<ValidPlane, kMaxValidPlanes> planes;
   const ValidResult found = find_valid_planes(pose_of(pair), pair.plane, pair.support, -deepest_m,
-                                              valid_scratch_, planes);
+                                              scratch_.valid, planes);
   tick.valid_nodes += found.visited;
   if (found.cut) room_m = 0;
   bool any = false;
@@ -118,7 +138,7 @@ bool Proxy::find_low_face(const ImposedPlane& imposed, const Vec3& normal_w, Val
     if (!(plane.gap_m < -scale.tolerance_m / 2) || (any && !(plane.gap_m > low.gap_m))) continue;
     if (!(plane.id == imposed.id)) {
       tick.plane_gaps += 1;
-      if (plane_normal(*pair.view, p_.r_wa, plane.id).dot(normal_w) > kOtherPlane) continue;
+      if (plane_normal(*pair.view, part_.pose.r_wa, plane.id).dot(normal_w) > kOtherPlane) continue;
     }
     const Real too_deep_m = -plane.gap_m - scale.climb_m;
     if (k < found.exposed && !(too_deep_m > 0)) {
@@ -139,30 +159,30 @@ bool Proxy::find_rise(Rise& rise, ProxyTick& tick) noexcept {
   std::array<QpVector, kQpSize> pull;
   std::array<std::uint32_t, kQpSize> pull_pair{};
   std::uint32_t pulls = 0;
-  for (std::uint32_t k = 0; k < last_qp_.active_count; ++k) {
-    const std::uint32_t row = last_qp_.active[k];
-    if (row >= rows_.size() || row_plane_[row] >= imposed_.size()) continue;
-    pull[pulls] = last_qp_.multiplier[k] * rows_[row].g;
-    pull_pair[pulls++] = imposed_[row_plane_[row]].pair;
+  for (std::uint32_t k = 0; k < program_.found.active_count; ++k) {
+    const std::uint32_t row = program_.found.active[k];
+    if (row >= program_.rows.size() || program_.row_plane[row] >= program_.imposed.size()) continue;
+    pull[pulls] = program_.found.multiplier[k] * program_.rows[row].g;
+    pull_pair[pulls++] = program_.imposed[program_.row_plane[row]].pair;
   }
   QpVector held_back = QpVector::Zero();
   Real room_m = (kRoomHeights - 1) * scale.climb_m;
   rise.pair_count = 0;
-  rows_.clear();
+  program_.rows.clear();
   const auto push = [&](const Vec3& normal_w, Real gap_m) {
     QpRow row;
     row.g.head<3>() = normal_w;
     row.h = std::max(-gap_m, Real{0});
-    return rows_.push(row);
+    return program_.rows.push(row);
   };
-  for (std::uint32_t at = 0; at < imposed_.size(); ++at) {
-    const ImposedPlane& imposed = imposed_[at];
+  for (std::uint32_t at = 0; at < program_.imposed.size(); ++at) {
+    const ImposedPlane& imposed = program_.imposed[at];
     const PlaneGap held = gap_at_p(imposed, tick);
     if (!held.defined) continue;
     const bool is_above = !(held.gap_m < -scale.tolerance_m / 2);
     if (is_above && held.gap_m < scale.climb_m && !push(held.normal_w, held.gap_m)) return false;
     const auto is_same = [&](const ImposedPlane& other) { return other.pair == imposed.pair; };
-    if (std::any_of(imposed_.begin(), imposed_.begin() + at, is_same)) continue;
+    if (std::any_of(program_.imposed.begin(), program_.imposed.begin() + at, is_same)) continue;
     if (!has_budget(tick)) return false;
     ValidPlane low;
     if (!find_low_face(imposed, held.normal_w, low, room_m, tick)) continue;
@@ -177,7 +197,7 @@ bool Proxy::find_rise(Rise& rise, ProxyTick& tick) noexcept {
     rise.room_m = room_m;
     return false;
   }
-  rise.gain_j = secant_.k_t_n_per_m / 2 * held_back.squaredNorm();
+  rise.gain_j = program_.secant.k_t_n_per_m / 2 * held_back.squaredNorm();
   rise.way_m = solve_rows(1.0e-4_r * scale.tolerance_m, tick).z.head<3>();
   const Real most_m = kMostHeights * scale.climb_m;
   return rise.way_m.squaredNorm() <= most_m * most_m;
@@ -188,7 +208,7 @@ bool Proxy::find_rise(Rise& rise, ProxyTick& tick) noexcept {
 bool Proxy::is_wedged_beside(const Rise& rise) const noexcept {
   const FrictionCone* first = nullptr;
   const auto end = rise.pairs.begin() + rise.pair_count;
-  for (const FrictionCone& cone : cones_) {
+  for (const FrictionCone& cone : program_.cones) {
     if (std::find(rise.pairs.begin(), end, cone.pair) != end) continue;
     if (first == nullptr) first = &cone;
     if (cone.normal_w.dot(first->normal_w) < kOtherPlane) return true;
@@ -199,34 +219,35 @@ bool Proxy::is_wedged_beside(const Rise& rise) const noexcept {
 /// p as it was, which is as free as it was.
 void Proxy::step_back(const ClimbStart& start, ProxyTick& tick) noexcept {
   if (start.back_m > 0) {
-    p_ = start.p;
-    version_ += 1;
-    path_m_ = (path_m_ + start.back_m * kOdometerUp) * (1 + 0x1p-52);
-    if (has_screen()) screen_->accept(p_, static_cast<Real>(start.back_m) * (1 + kRealEpsilon), 0);
-    way_ = start.way;
-    way_left_m_ = start.way_left_m;
-    turn_left_rad_ = start.turn_left_rad;
-    may_close_ = start.may_close;
-    moved_little_ = start.moved_little;
+    part_.pose = start.p;
+    part_.version += 1;
+    part_.path_m = (part_.path_m + start.back_m * kOdometerUp) * (1 + 0x1p-52);
+    if (has_screen())
+      near_.screen->accept(part_.pose, static_cast<Real>(start.back_m) * (1 + kRealEpsilon), 0);
+    slip_.way = start.way;
+    move_.way_left_m = start.way_left_m;
+    move_.turn_left_rad = start.turn_left_rad;
+    move_.may_close = start.may_close;
+    move_.moved_little = start.moved_little;
     tick.limited = start.limited;
     tick.rejected = start.rejected;
     tick.residual_n = start.residual_n;
-    std::swap(cones_, last_cones_);
-    for (std::uint32_t k = 0; k < near_pairs_.left_out().size(); ++k) {
-      near_pairs_.left_out()[k].gap_m = start.left_out_m[k];
+    std::swap(program_.cones, slip_.last_cones);
+    for (std::uint32_t k = 0; k < near_.list.left_out().size(); ++k) {
+      near_.list.left_out()[k].gap_m = start.left_out_m[k];
     }
-    active_.clear();
+    kept_.active.clear();
     for (std::uint32_t k = 0; k < start.active_count; ++k) {
-      static_cast<void>(active_.push(start.active[k]));
+      static_cast<void>(kept_.active.push(start.active[k]));
     }
-    pending_.clear();
+    kept_.pending.clear();
   }
   // What the check of a step that was not made has left, and what a way there and back makes of the
   // bounds, is no gap of p.
-  for (ReachedPair& reached : reached_) {
-    ProxyPair& pair = pairs_[reached.pair];
-    reached.gap_m = pair.gap_version == version_ ? pair.gap_m : clear_m(pair);
-    if (!(reached.gap_m > parameters_.scale.tolerance_m) && pair.gap_version != version_) {
+  for (ReachedPair& reached : pass_.reached) {
+    ProxyPair& pair = near_.pairs[reached.pair];
+    reached.gap_m = pair.gap_version == part_.version ? pair.gap_m : clear_m(pair);
+    if (!(reached.gap_m > parameters_.scale.tolerance_m) && pair.gap_version != part_.version) {
       reached.unsure = !measure(pair, tick);
       if (!reached.unsure) reached.gap_m = pair.gap_m;
     }
@@ -237,74 +258,61 @@ void Proxy::step_back(const ClimbStart& start, ProxyTick& tick) noexcept {
 /// Where a low step holds the part: up first, then on. True: p has moved.
 bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
   const Real far_m = kFarClimbs * parameters_.scale.climb_m;
-  const bool is_far = (p_.x0_w - climbed_x0_w_).squaredNorm() >= far_m * far_m;
-  const bool is_pulled_more = tick.end_potential_j > climbed_v_j_ + climbed_lacks_j_;
-  if (is_far || (is_pulled_more && odometer_m() >= no_low_until_m_)) climbed_count_ = 0;
+  const bool is_far = (part_.pose.x0_w - climb_.x0_w).squaredNorm() >= far_m * far_m;
+  const bool is_pulled_more = tick.end_potential_j > climb_.v_j + climb_.lacks_j;
+  if (is_far || (is_pulled_more && odometer_m() >= climb_.no_low_until_m)) climb_.pair_count = 0;
   if (!may_climb(tick)) return false;
-  if (climbed_count_ == 0) {
-    climbed_x0_w_ = p_.x0_w;
-    climbed_v_j_ = tick.end_potential_j;
-    climbed_lacks_j_ = kMoreOfAll * climbed_v_j_;
-    no_low_until_m_ = std::numeric_limits<double>::max();
+  if (climb_.pair_count == 0) {
+    climb_.x0_w = part_.pose.x0_w;
+    climb_.v_j = tick.end_potential_j;
+    climb_.lacks_j = kMoreOfAll * climb_.v_j;
+    climb_.no_low_until_m = std::numeric_limits<double>::max();
   }
-  for (const ImposedPlane& plane : active_) note(plane.pair, climbed_, climbed_count_);
-  ClimbStart start;
-  start.p = p_;
-  start.way = way_;
-  const PoseError came = came_;
-  start.way_left_m = way_left_m_;
-  start.turn_left_rad = turn_left_rad_;
-  start.may_close = may_close_;
-  start.moved_little = moved_little_;
-  start.limited = tick.limited;
-  start.residual_n = tick.residual_n;
-  start.rejected = tick.rejected;
-  start.active_count = active_.size();
-  std::copy(active_.begin(), active_.end(), start.active.begin());
-  for (std::uint32_t k = 0; k < near_pairs_.left_out().size(); ++k) {
-    start.left_out_m[k] = near_pairs_.left_out()[k].gap_m;
-  }
+  for (const ImposedPlane& plane : kept_.active) note(plane.pair, climb_.pairs, climb_.pair_count);
+  ClimbStart start = climb_start(tick);
+  const PoseError came = slip_.came;
   const bool was_spent = tick.spent;
   bool over = false;
   for (std::uint32_t k = 1; k <= kMostRises && !over; ++k) {
     Rise rise;
     const bool found = find_rise(rise, tick);
-    no_low_until_m_ = std::min(no_low_until_m_, odometer_m() + static_cast<double>(rise.room_m));
+    climb_.no_low_until_m =
+        std::min(climb_.no_low_until_m, odometer_m() + static_cast<double>(rise.room_m));
     if (!found || is_wedged_beside(rise)) break;
     const Step up = step_by(rise.way_m, Vec3::Zero());
     const Real up_j = potential_j(parameters_.spring, error_of(goal, up.q));
     const Real lacks_j = std::max(up_j - tick.end_potential_j, Real{0});
     if (k == 1 && rise.gain_j < lacks_j) {  // not yet
-      climbed_lacks_j_ = std::min(climbed_lacks_j_, kMoreShare * lacks_j);
+      climb_.lacks_j = std::min(climb_.lacks_j, kMoreShare * lacks_j);
       break;
     }
     // The pairs that the last pass has reached are known where it began, not where it has gone.
-    if (sets_version_ != version_) gather(error_of(goal, p_), tick);
+    if (found_.sets_version != part_.version) gather(error_of(goal, part_.pose), tick);
     if (tick.inside || !check(up, -parameters_.scale.tolerance_m / 2, tick).ok) break;
     start.back_m += static_cast<double>(std::sqrt(up.dx_m.squaredNorm()));
     accept(up);
     // What p is pressed on beside holds it up here too.
     std::uint32_t kept = 0;
-    for (const ImposedPlane& plane : active_) {
+    for (const ImposedPlane& plane : kept_.active) {
       const auto end = rise.pairs.begin() + rise.pair_count;
-      if (std::find(rise.pairs.begin(), end, plane.pair) == end) active_[kept++] = plane;
+      if (std::find(rise.pairs.begin(), end, plane.pair) == end) kept_.active[kept++] = plane;
     }
-    active_.truncate(kept);
-    choose_from_start_ = false;
-    climbing_ = k;
+    kept_.active.truncate(kept);
+    rest_.choose_from_start = false;
+    climb_.leg = k;
     // Its limit is the energy at the start, not that up here.
     over = pass(goal, tick) == PassEnd::kMoved;
-    climbing_ = 0;
+    climb_.leg = 0;
     if (tick.spent) break;
   }
   if (over) {
     tick.spent = was_spent;
     tick.passes += 1;
-    climbed_count_ = 0;
+    climb_.pair_count = 0;
   } else {
     step_back(start, tick);
   }
-  came_ = came;
+  slip_.came = came;
   return over;
 }
 

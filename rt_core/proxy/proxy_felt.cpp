@@ -60,7 +60,7 @@ ContactSituation label_of(const FeltContact& felt, const FeltPoints& points, Rea
 
 }  // namespace
 
-/// Keeps those planes of the last program that p_ touches: a step that was cut short may have ended
+/// Keeps those planes of the last program that p touches: a step that was cut short may have ended
 /// before it reached them.
 void Proxy::feel(ProxyTick& tick) noexcept {
   FeltContact& contact = felt_[0];
@@ -69,8 +69,8 @@ void Proxy::feel(ProxyTick& tick) noexcept {
   contact.plane_count = contact.point_count = 0;
   contact.situation = ContactSituation::kNone;
   FeltPoints points;
-  for (const ImposedPlane& active : active_) {
-    ProxyPair& pair = pairs_[active.pair];
+  for (const ImposedPlane& active : kept_.active) {
+    ProxyPair& pair = near_.pairs[active.pair];
     need_view(pair, tick);
     const PlaneRegion& region = region_at_p(active.pair, active.id, active.support, tick);
     const PlaneGap& gap = region.gap;
@@ -95,16 +95,16 @@ void Proxy::feel(ProxyTick& tick) noexcept {
 
 NearResult Proxy::near_set_of(PairIndex index, NearScratch& scratch, BoundedList<NearNode>& near,
                               PairPose& pose) noexcept {
-  const auto slots = near_pairs_.slots();
+  const auto slots = near_.list.slots();
   const auto slot = std::find_if(slots.begin(), slots.end(),
-                                 [&](std::uint32_t s) { return pairs_[s].index == index; });
+                                 [&](std::uint32_t s) { return near_.pairs[s].index == index; });
   if (slot == slots.end()) return {};
-  ProxyPair& pair = pairs_[*slot];
+  ProxyPair& pair = near_.pairs[*slot];
   ProxyTick report;
   need_view(pair, report);
   FeatureBounds bounds;
   pose = pose_of(pair);
-  Arena arena(reinterpret_cast<std::byte*>(search_memory_.data()));
+  Arena arena(reinterpret_cast<std::byte*>(scratch_.search_memory.data()));
   bounds.place(arena, *pair.view->a.record, *pair.view->b.record);
   bounds.reset(pair.view->marks);
   return find_near_set(pose, parameters_.epsilon_m, bounds, scratch, near, NodeScope::kLive);

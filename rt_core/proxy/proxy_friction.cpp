@@ -47,13 +47,14 @@ constexpr Real kSlipShare = 4;
 
 void Proxy::begin_cones() noexcept {
   // A climb that is tried again goes on from the pass before it.
-  if (climbing_ <= 1) std::swap(cones_, last_cones_);
-  cones_.clear();
-  cone_programs_ = shift_programs_ = 0;
-  has_wish_ = false;
-  wedged_ = std::any_of(last_cones_.begin(), last_cones_.end(), [&](const FrictionCone& cone) {
-    return cone.normal_w.dot(last_cones_[0].normal_w) < kParallel;
-  });
+  if (climb_.leg <= 1) std::swap(program_.cones, slip_.last_cones);
+  program_.cones.clear();
+  program_.cone_programs = program_.shift_programs = 0;
+  program_.has_wish = false;
+  slip_.wedged =
+      std::any_of(slip_.last_cones.begin(), slip_.last_cones.end(), [&](const FrictionCone& cone) {
+        return cone.normal_w.dot(slip_.last_cones[0].normal_w) < kParallel;
+      });
 }
 
 /// The cone of a contact point with five of its half spaces, one against its slip or pull, and that
@@ -61,28 +62,28 @@ void Proxy::begin_cones() noexcept {
 bool Proxy::add_cone(std::uint32_t imposed, const RowArm& arm, const Vec3& normal_w, Real least_m,
                      const PoseError& error) noexcept {
   FrictionCone cone;
-  cone.pair = imposed_[imposed].pair;
-  const ProxyPair& pair = pairs_[cone.pair];
+  cone.pair = program_.imposed[imposed].pair;
+  const ProxyPair& pair = near_.pairs[cone.pair];
   cone.arm = arm;
   cone.normal_w = normal_w;
   cone.least_m = least_m;
   cone.friction = pair.slips ? pair.friction : std::max(pair.friction, pair.friction_static);
   cone.imposed = static_cast<std::uint8_t>(imposed);
-  for (const FrictionCone& other : cones_) {
+  for (const FrictionCone& other : program_.cones) {
     if (other.pair == cone.pair) cone.number = static_cast<std::uint8_t>(other.number + 1);
   }
   Vec3 kept = Vec3::Zero();
-  for (const FrictionCone& last : last_cones_) {
+  for (const FrictionCone& last : slip_.last_cones) {
     if (last.pair != cone.pair || last.number != cone.number) continue;
     kept = last.direction_w - normal_w * normal_w.dot(last.direction_w);
     break;
   }
   // A point that slid goes on as it did, and one that comes to the others as they do.
   // What has stopped with the goal begins at rest: where both agree with the pull it stays.
-  if (has_wish_) {
-    cone.shift_m = wanted_shift_m(cone, wish_);
-  } else if (is_first_pass() && held_ == 0 && pair.slips && !hardly_slides(cone, came_)) {
-    cone.shift_m = wanted_shift_m(cone, came_);
+  if (program_.has_wish) {
+    cone.shift_m = wanted_shift_m(cone, program_.wish);
+  } else if (is_first_pass() && rest_.held == 0 && pair.slips && !hardly_slides(cone, slip_.came)) {
+    cone.shift_m = wanted_shift_m(cone, slip_.came);
   }
   // Against the slip of the last tick or the pull. On planes that are not parallel the pull at a
   // point is mostly into the others: there against the way that the goal has come and the part has
@@ -91,8 +92,8 @@ bool Proxy::add_cone(std::uint32_t imposed, const RowArm& arm, const Vec3& norma
     return way.squaredNorm() >
            kOwnWay * kOwnWay * parameters_.scale.last_m * parameters_.scale.last_m;
   };
-  Vec3 pull = slip_of(cone, came_);
-  if (wedged_ && !is_way(pull)) pull = slip_of(cone, way_);
+  Vec3 pull = slip_of(cone, slip_.came);
+  if (slip_.wedged && !is_way(pull)) pull = slip_of(cone, slip_.way);
   if (!is_way(pull)) pull = slip_of(cone, error);
   Vec3 t = -pull;
   if (pull.squaredNorm() <
@@ -102,20 +103,21 @@ bool Proxy::add_cone(std::uint32_t imposed, const RowArm& arm, const Vec3& norma
   const Real length = std::sqrt(t.squaredNorm());
   t = length > parameters_.scale.still_m ? Vec3(t / length) : plane_basis(normal_w).e1;
   cone.direction_w = t;
-  if (!cones_.push(cone)) return false;
+  if (!program_.cones.push(cone)) return false;
   if (kept.squaredNorm() > 0.5_r) {
-    cones_[cones_.size() - 1].direction_w = kept;
-    if (kept.dot(t) < kOneDirection && !push_cone_row(cones_.size() - 1, kept, error)) return false;
+    program_.cones[program_.cones.size() - 1].direction_w = kept;
+    if (kept.dot(t) < kOneDirection && !push_cone_row(program_.cones.size() - 1, kept, error))
+      return false;
   }
   const Vec3 b = normal_w.cross(t);
   const Vec3 aside = kAside * b;
   const Vec3 across = 0.8660254037844386_r * b;
   for (const Vec3& side : {t, Vec3(across - t / 2), Vec3(-across - t / 2)}) {
-    if (!push_cone_row(cones_.size() - 1, side, error)) return false;
+    if (!push_cone_row(program_.cones.size() - 1, side, error)) return false;
   }
-  if (cones_.size() > kFewCones) return true;
-  return push_cone_row(cones_.size() - 1, kAlong * t + aside, error) &&
-         push_cone_row(cones_.size() - 1, kAlong * t - aside, error);
+  if (program_.cones.size() > kFewCones) return true;
+  return push_cone_row(program_.cones.size() - 1, kAlong * t + aside, error) &&
+         push_cone_row(program_.cones.size() - 1, kAlong * t - aside, error);
 }
 
 /// What a motion of the part moves a point by along its plane.
@@ -139,21 +141,22 @@ Real Proxy::rise_of(const FrictionCone& cone, const PoseError& motion) const noe
 /// with the force f of the rows so far as a length. Where a point hardly slides its slip alone says
 /// little: an error of f's direction comes back in it times the ratio of pull and slip.
 void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick) noexcept {
-  if (!kSceneTraits.friction || cones_.empty()) return;
-  for (; cone_programs_ < kMaxConePrograms; ++cone_programs_) {
-    const PoseError motion = asked(last_qp_.z, error);
+  if (!kSceneTraits.friction || program_.cones.empty()) return;
+  for (; program_.cone_programs < kMaxConePrograms; ++program_.cone_programs) {
+    const PoseError motion = asked(program_.found.z, error);
     const auto against = [&](std::uint32_t k, const Vec3& slip) {
       Vec3 t = -slip;
-      for (std::uint32_t i = 0; i < last_qp_.active_count; ++i) {
-        const std::uint32_t row = last_qp_.active[i];
-        if (row_cone_[row] != k) continue;
-        t += last_qp_.multiplier[i] * (Vec3(rows_[row].g.head<3>()) - cones_[k].normal_w);
+      for (std::uint32_t i = 0; i < program_.found.active_count; ++i) {
+        const std::uint32_t row = program_.found.active[i];
+        if (program_.row_cone[row] != k) continue;
+        t += program_.found.multiplier[i] *
+             (Vec3(program_.rows[row].g.head<3>()) - program_.cones[k].normal_w);
       }
       return t;
     };
     bool cut = false;
-    for (std::uint32_t k = 0; k < cones_.size(); ++k) {
-      FrictionCone& cone = cones_[k];
+    for (std::uint32_t k = 0; k < program_.cones.size(); ++k) {
+      FrictionCone& cone = program_.cones[k];
       const Vec3 slip = slip_of(cone, motion);
       const Real length = std::sqrt(slip.squaredNorm());
       const Real some_m =
@@ -170,25 +173,25 @@ void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick)
       cut = true;
     }
     if (!cut) return;
-    if (!has_budget(tick) && cone_programs_ >= kGrantedConePrograms) {
+    if (!has_budget(tick) && program_.cone_programs >= kGrantedConePrograms) {
       tick.limited = true;
       return;
     }
-    const QpResult last = last_qp_;
-    last_qp_ = solve_rows(tolerance_m, tick, std::span(last.active).first(last.active_count));
+    const QpResult last = program_.found;
+    program_.found = solve_rows(tolerance_m, tick, std::span(last.active).first(last.active_count));
   }
 }
 
 /// The half space of one direction along the plane.
 bool Proxy::push_cone_row(std::uint32_t at, const Vec3& direction_w,
                           const PoseError& error) noexcept {
-  const FrictionCone& cone = cones_[at];
+  const FrictionCone& cone = program_.cones[at];
   const Vec3 w = cone.normal_w + cone.friction * direction_w;
   const Real least_m = cone.least_m - cone.friction * cone.shift_m;
   if (!push_row(cone.imposed, cone.arm, w, least_m, error, kMaxQpRows)) {
     return false;
   }
-  row_cone_[rows_.size() - 1] = static_cast<std::uint8_t>(at);
+  program_.row_cone[program_.rows.size() - 1] = static_cast<std::uint8_t>(at);
   return true;
 }
 
@@ -197,45 +200,46 @@ bool Proxy::push_cone_row(std::uint32_t at, const Vec3& direction_w,
 bool Proxy::make_room(std::uint32_t rows, std::uint32_t cones, const PoseError& error) noexcept {
   if (!has_friction()) return false;
   constexpr std::uint8_t kDropped = UINT8_MAX;
-  const PoseError motion = asked(last_qp_.z, error);
+  const PoseError motion = asked(program_.found.z, error);
   std::array<std::uint8_t, kMaxFrictionCones> cone_now;
   std::uint32_t kept = 0;
   for (std::uint32_t c = 0; c < cones; ++c) {
-    bool stays = !(rise_of(cones_[c], motion) - cones_[c].least_m > parameters_.scale.tolerance_m);
-    for (std::uint32_t k = 0; k < last_qp_.active_count && !stays; ++k) {
-      stays = row_cone_[last_qp_.active[k]] == c;
+    bool stays = !(rise_of(program_.cones[c], motion) - program_.cones[c].least_m >
+                   parameters_.scale.tolerance_m);
+    for (std::uint32_t k = 0; k < program_.found.active_count && !stays; ++k) {
+      stays = program_.row_cone[program_.found.active[k]] == c;
     }
     cone_now[c] = stays ? static_cast<std::uint8_t>(kept) : kDropped;
-    if (stays) cones_[kept++] = cones_[c];
+    if (stays) program_.cones[kept++] = program_.cones[c];
   }
   if (kept == cones) return false;
-  cones_.truncate(kept);
+  program_.cones.truncate(kept);
   std::uint32_t to = 0;
   for (std::uint32_t row = 0; row < rows; ++row) {
-    const std::uint8_t cone = row_cone_[row];
+    const std::uint8_t cone = program_.row_cone[row];
     const bool is_of_cone = cone < kMaxFrictionCones;
     if (is_of_cone && cone_now[cone] == kDropped) continue;
-    for (std::uint32_t k = 0; k < last_qp_.active_count; ++k) {
-      if (last_qp_.active[k] == row) last_qp_.active[k] = static_cast<std::uint8_t>(to);
+    for (std::uint32_t k = 0; k < program_.found.active_count; ++k) {
+      if (program_.found.active[k] == row) program_.found.active[k] = static_cast<std::uint8_t>(to);
     }
-    rows_[to] = rows_[row];
-    row_plane_[to] = row_plane_[row];
-    row_cone_[to] = is_of_cone ? cone_now[cone] : cone;
+    program_.rows[to] = program_.rows[row];
+    program_.row_plane[to] = program_.row_plane[row];
+    program_.row_cone[to] = is_of_cone ? cone_now[cone] : cone;
     ++to;
   }
-  rows_.truncate(to);
+  program_.rows.truncate(to);
   return true;
 }
 
 /// Pairs that a step lets slide do so from the next pass on.
 void Proxy::note_slip(const Step& step) noexcept {
   const Real least = kSlipShare * parameters_.scale.still_m;
-  for (FrictionCone& cone : cones_) {
+  for (FrictionCone& cone : program_.cones) {
     const Vec3 slip = slip_of(cone, {step.dx_m, step.dtheta_rad});
     const Real length = std::sqrt(slip.squaredNorm());
     if (length <= least) continue;
-    pairs_[cone.pair].slips = true;
-    pairs_[cone.pair].quiet_ticks = 0;
+    near_.pairs[cone.pair].slips = true;
+    near_.pairs[cone.pair].quiet_ticks = 0;
   }
 }
 
@@ -243,25 +247,25 @@ void Proxy::note_slip(const Step& step) noexcept {
 /// others would let it go.
 bool Proxy::sticks() const noexcept {
   if (!has_friction()) return false;
-  for (const ImposedPlane& plane : active_) {
-    if (rubs(pairs_[plane.pair])) return true;
+  for (const ImposedPlane& plane : kept_.active) {
+    if (rubs(near_.pairs[plane.pair])) return true;
   }
   return false;
 }
 
 /// The same of the last program.
 bool Proxy::rests_on_friction() const noexcept {
-  if (cones_.empty()) return false;
-  for (std::uint32_t i = 0; i < last_qp_.active_count; ++i) {
-    if (row_cone_[last_qp_.active[i]] < cones_.size()) return true;
+  if (program_.cones.empty()) return false;
+  for (std::uint32_t i = 0; i < program_.found.active_count; ++i) {
+    if (program_.row_cone[program_.found.active[i]] < program_.cones.size()) return true;
   }
   return false;
 }
 
 /// At the end of a tick: pairs that have long been still stick.
 void Proxy::settle_slip() noexcept {
-  if (cones_.capacity() == 0) return;
-  for (ProxyPair& pair : pairs_) {
+  if (program_.cones.capacity() == 0) return;
+  for (ProxyPair& pair : near_.pairs) {
     if (!pair.slips) continue;
     pair.quiet_ticks += 1;
     pair.slips = pair.quiet_ticks <= kStickTicks;

@@ -123,112 +123,115 @@ void Proxy::place(Arena& arena, const SceneView& scene) noexcept {
     loop = std::max(loop, largest_loop(scene.piece(i)));
   }
   const std::uint32_t slots = c.near_slots;
-  scene_ = arena.take<SceneView>(1);
-  settled_tick_ = arena.take<ProxyTick>(1).data();
+  near_.scene = arena.take<SceneView>(1);
+  rest_.settled_tick = arena.take<ProxyTick>(1).data();
   felt_ = arena.take<FeltContact>(1);
   const bool screened = FacetScreen::serves(scene);
-  near_pairs_.place(arena, scene, slots, screened);
+  near_.list.place(arena, scene, slots, screened);
   if (screened) {
-    screen_ = arena.take<FacetScreen>(1).data();
+    near_.screen = arena.take<FacetScreen>(1).data();
     FacetScreen unplaced;
-    (screen_ == nullptr ? unplaced : *screen_).place(arena, scene);
+    (near_.screen == nullptr ? unplaced : *near_.screen).place(arena, scene);
   }
-  has_facets_ = scene.has_facets();
-  if (!screened && (has_facets_ || slots > kManyNearPairs)) {
-    hot_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
+  near_.has_facets = scene.has_facets();
+  if (!screened && (near_.has_facets || slots > kManyNearPairs)) {
+    near_.hot = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
   }
   const bool overflows = !screened && c.pair_count > slots;
-  list_visits_of_tick_ = static_cast<std::uint32_t>(
+  range_.visits_of_tick = static_cast<std::uint32_t>(
       list_visits(moving_pieces, scene.pieces().size() - moving_pieces, overflows));
-  pairs_ = arena.take<ProxyPair>(slots);
+  near_.pairs = arena.take<ProxyPair>(slots);
   const NearSeats seats = near_seats(slots, scene.parameters().coupling.near_pairs);
-  views_ = arena.take<PairView>(seats.views);
-  view_of_ = arena.take<ViewPlace>(seats.take_turns ? seats.views : 0);
-  reached_ = BoundedList<ReachedPair>(arena.take<ReachedPair>(seats.seats));
-  beside_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(seats.take_turns ? slots : 0));
+  near_.views = arena.take<PairView>(seats.views);
+  near_.view_of = arena.take<ViewPlace>(seats.take_turns ? seats.views : 0);
+  pass_.reached = BoundedList<ReachedPair>(arena.take<ReachedPair>(seats.seats));
+  pass_.beside =
+      BoundedList<std::uint32_t>(arena.take<std::uint32_t>(seats.take_turns ? slots : 0));
   const std::uint32_t searches = std::min(slots, kMaxValidSearches);
-  valid_ = BoundedList<ValidPlane>(arena.take<ValidPlane>(std::size_t{searches} * kMaxValidPlanes));
-  sets_ = BoundedList<FoundSet>(arena.take<FoundSet>(slots));
-  imposed_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxImposedPlanes));
-  active_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxFeltPlanes));
-  pending_ = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxImposedPlanes));
-  rows_ = BoundedList<QpRow>(arena.take<QpRow>(kMaxQpRows));
-  row_plane_ = arena.take<std::uint8_t>(kMaxQpRows);
-  regions_ = arena.take<PlaneRegion>(kKeptRegions);
+  found_.valid =
+      BoundedList<ValidPlane>(arena.take<ValidPlane>(std::size_t{searches} * kMaxValidPlanes));
+  found_.sets = BoundedList<FoundSet>(arena.take<FoundSet>(slots));
+  program_.imposed = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxImposedPlanes));
+  kept_.active = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxFeltPlanes));
+  kept_.pending = BoundedList<ImposedPlane>(arena.take<ImposedPlane>(kMaxImposedPlanes));
+  program_.rows = BoundedList<QpRow>(arena.take<QpRow>(kMaxQpRows));
+  program_.row_plane = arena.take<std::uint8_t>(kMaxQpRows);
+  part_.regions = arena.take<PlaneRegion>(kKeptRegions);
   bool rubbing = false;
   for (const BodyRecord& body : scene.bodies()) rubbing = rubbing || body.friction > 0;
   if (kSceneTraits.friction && rubbing) {
-    cones_ = BoundedList<FrictionCone>(arena.take<FrictionCone>(kMaxFrictionCones));
-    row_cone_ = arena.take<std::uint8_t>(kMaxQpRows);
-    last_cones_ = BoundedList<FrictionCone>(arena.take<FrictionCone>(kMaxFrictionCones));
+    program_.cones = BoundedList<FrictionCone>(arena.take<FrictionCone>(kMaxFrictionCones));
+    program_.row_cone = arena.take<std::uint8_t>(kMaxQpRows);
+    slip_.last_cones = BoundedList<FrictionCone>(arena.take<FrictionCone>(kMaxFrictionCones));
   }
-  lanes_ = arena.take<Real>(3 * std::size_t{c.moving_lanes});
-  lanes_begin_ = arena.take<std::size_t>(moving_pieces);
-  lanes_version_ = arena.take<std::uint64_t>(moving_pieces);
-  search_memory_ = arena.take<std::uint64_t>((search_bytes + 7) / 8);
-  valid_scratch_.place(arena);
-  manifold_scratch_.place(arena, loop_a, loop_b);
-  if (lanes_begin_.empty()) return;
+  part_.lanes = arena.take<Real>(3 * std::size_t{c.moving_lanes});
+  part_.lanes_begin = arena.take<std::size_t>(moving_pieces);
+  part_.lanes_version = arena.take<std::uint64_t>(moving_pieces);
+  scratch_.search_memory = arena.take<std::uint64_t>((search_bytes + 7) / 8);
+  scratch_.valid.place(arena);
+  scratch_.manifold.place(arena, loop_a, loop_b);
+  if (part_.lanes_begin.empty()) return;
   std::size_t lanes = 0;
   for (std::uint32_t i = 0; i < moving_pieces; ++i) {
-    lanes_begin_[i] = lanes;
+    part_.lanes_begin[i] = lanes;
     lanes += 3 * std::size_t{scene.pieces()[i].lane_count};
   }
 }
 
 void Proxy::read_scene(const SceneView& scene) noexcept {
-  scene_[0] = scene;
-  near_pairs_.read_scene(scene_[0]);
-  if (has_screen()) screen_->read_scene(scene_[0]);
+  near_.scene[0] = scene;
+  near_.list.read_scene(near_.scene[0]);
+  if (has_screen()) near_.screen->read_scene(near_.scene[0]);
 }
 
 void Proxy::reset() noexcept {
   started_ = false;
-  near_pairs_.reset();
-  if (has_screen()) screen_->reset();
-  for (ViewPlace& place : view_of_) place = {};
-  next_view_ = next_seat_ = 0;
-  cones_.clear();
-  last_cones_.clear();
-  for (std::uint64_t& version : lanes_version_) version = 0;
-  active_.clear();
-  pending_.clear();
-  trust_m_ = most_trust_m();
-  list_range_m_ = kNoLimit;
-  list_ticks_ = 1;
-  list_age_ = 0;
-  pass_units_ = 0;
-  hot_.clear();
-  hot_until_m_ = -std::numeric_limits<double>::max();
-  pass_steps_m_ = {};
-  tick_motion_m_ = 0;
-  tick_start_m_ = 0;
-  waiting_ = waited_ = false;
-  behind_ticks_ = 0;
-  choose_from_start_ = false;
-  settled_ = still_ = choice_spent_ = false;
-  held_ = slow_ = 0;
-  chosen_planes_ = 0;
-  chosen_ago_ = 0;
+  near_.list.reset();
+  if (has_screen()) near_.screen->reset();
+  for (ViewPlace& place : near_.view_of) place = {};
+  near_.next_view = near_.next_seat = 0;
+  program_.cones.clear();
+  slip_.last_cones.clear();
+  for (std::uint64_t& version : part_.lanes_version) version = 0;
+  kept_.active.clear();
+  kept_.pending.clear();
+  range_.trust_m = most_trust_m();
+  range_.list_m = kNoLimit;
+  range_.list_ticks = 1;
+  range_.list_age = 0;
+  range_.pass_units = 0;
+  near_.hot.clear();
+  near_.hot_until_m = -std::numeric_limits<double>::max();
+  near_.pass_steps_m = {};
+  near_.tick_motion_m = 0;
+  near_.tick_start_m = 0;
+  near_.waiting = near_.waited = false;
+  move_.behind_ticks = 0;
+  rest_.choose_from_start = false;
+  rest_.settled = rest_.still = rest_.choice_spent = false;
+  rest_.held = rest_.slow = 0;
+  rest_.chosen_planes = 0;
+  rest_.chosen_ago = 0;
   felt_[0] = FeltContact{};
-  way_out_w_.setZero();
-  short_ways_ = 0;
-  climbed_count_ = climbing_ = 0;
-  tried_m_ = 0;
-  no_low_until_m_ = 0;
-  wedged_ = has_wish_ = keeps_active_ = short_ = far_rows_ = longest_ = moved_little_ = false;
-  for (PlaneRegion& region : regions_) region.version = 0;
-  oldest_region_ = 0;
-  path_m_ = turn_rad_ = 0;
-  version_ = 1;
-  sets_version_ = 0;
+  out_.way_w.setZero();
+  out_.short_ways = 0;
+  climb_.pair_count = climb_.leg = 0;
+  pass_.tried_m = 0;
+  climb_.no_low_until_m = 0;
+  slip_.wedged = program_.has_wish = pass_.keeps_active = pass_.is_short = program_.far_rows =
+      move_.longest = move_.moved_little = false;
+  for (PlaneRegion& region : part_.regions) region.version = 0;
+  part_.oldest_region = 0;
+  part_.path_m = part_.turn_rad = 0;
+  part_.version = 1;
+  found_.sets_version = 0;
 }
 
 /// Whether a tick may begin something that costs more than a gap. The first of its kind it always
 /// may.
 bool Proxy::may_begin(Grant grant, ProxyTick& tick) noexcept {
-  const bool first = (grants_ & grant) == 0;
-  grants_ = static_cast<std::uint8_t>(grants_ | grant);
+  const bool first = (move_.grants & grant) == 0;
+  move_.grants = static_cast<std::uint8_t>(move_.grants | grant);
   if (first || has_budget(tick)) return true;
   tick.spent = true;
   return false;
@@ -240,7 +243,7 @@ Real Proxy::least_fall_j(Real potential_j) const noexcept {
   const Real still_m = parameters_.scale.still_m;
   Real fall_j =
       parameters_.spring.k_t_n_per_m * still_m * still_m / 2 + 32 * kRealEpsilon * potential_j;
-  for (std::uint32_t k = kPatience; k < std::min(slow_, kMostHeld); k += 2) fall_j *= 2;
+  for (std::uint32_t k = kPatience; k < std::min(rest_.slow, kMostHeld); k += 2) fall_j *= 2;
   return fall_j;
 }
 
@@ -248,26 +251,26 @@ Real Proxy::least_fall_j(Real potential_j) const noexcept {
 void Proxy::keep_plane(const ReachedPair& reached) noexcept {
   // A plane that p is as deep behind as no step may end would hold it there.
   const Real least = -parameters_.scale.tolerance_m / 2;
-  ProxyPair& pair = pairs_[reached.pair];
+  ProxyPair& pair = near_.pairs[reached.pair];
   if (reached.unsure || pair.inside || reached.plane == pair.plane || reached.gap_p_m < least) {
     return;
   }
   pair.plane = reached.plane;
   pair.support = reached.support;
   pair.gap_m = reached.gap_p_m;
-  pair.gap_version = version_;
+  pair.gap_version = part_.version;
   pair.has_held = false;
 }
 
-/// A pass has ended for want of budget: p_ stays, the next one goes on with what this has found, no
+/// A pass has ended for want of budget: p stays, the next one goes on with what this has found, no
 /// farther than a part of the way.
 void Proxy::keep_found() noexcept {
-  for (const ReachedPair& reached : reached_) keep_plane(reached);
-  pending_.clear();
-  for (const ImposedPlane& plane : imposed_) static_cast<void>(pending_.push(plane));
+  for (const ReachedPair& reached : pass_.reached) keep_plane(reached);
+  kept_.pending.clear();
+  for (const ImposedPlane& plane : program_.imposed) static_cast<void>(kept_.pending.push(plane));
   const Real less = has_facets() ? kFacetTrustLess : kTrustLess;
-  trust_m_ = std::max(less * std::min(trust_m_, reach_m_),
-                      kLastTolerances * parameters_.scale.tolerance_m);
+  range_.trust_m = std::max(less * std::min(range_.trust_m, pass_.reach_m),
+                            kLastTolerances * parameters_.scale.tolerance_m);
 }
 
 Real Proxy::most_trust_m() const noexcept {
@@ -278,56 +281,59 @@ Real Proxy::most_trust_m() const noexcept {
 /// more than the planes of one place can tell is rejected, and a shorter one finds its way.
 void Proxy::adapt_trust(PassEnd end) noexcept {
   if (has_facets()) {
-    const bool was_bound = tried_m_ >= kBoundShare * trust_m_;
+    const bool was_bound = pass_.tried_m >= kBoundShare * range_.trust_m;
     const Real more = has_screen() ? kScreenTrustMore : kFacetTrustMore;
-    if (end == PassEnd::kMoved && was_bound) trust_m_ *= more;
+    if (end == PassEnd::kMoved && was_bound) range_.trust_m *= more;
     // What a part at rest tried of rounding's size says nothing of longer steps.
-    const bool is_told = tried_m_ > parameters_.scale.last_m || !(tried_m_ < trust_m_);
+    const bool is_told =
+        pass_.tried_m > parameters_.scale.last_m || !(pass_.tried_m < range_.trust_m);
     if (end == PassEnd::kRejected && is_told) {
-      trust_m_ = std::max(kTrustLess * std::min(trust_m_, tried_m_),
-                          kLastTolerances * parameters_.scale.tolerance_m);
+      range_.trust_m = std::max(kTrustLess * std::min(range_.trust_m, pass_.tried_m),
+                                kLastTolerances * parameters_.scale.tolerance_m);
     }
-    trust_m_ = std::min(trust_m_, most_trust_m());
-  } else if (end == PassEnd::kMoved && trust_m_ < kNoLimit) {
-    trust_m_ *= kTrustMore;
-    if (trust_m_ > parameters_.scale.reach_m) trust_m_ = kNoLimit;
+    range_.trust_m = std::min(range_.trust_m, most_trust_m());
+  } else if (end == PassEnd::kMoved && range_.trust_m < kNoLimit) {
+    range_.trust_m *= kTrustMore;
+    if (range_.trust_m > parameters_.scale.reach_m) range_.trust_m = kNoLimit;
   }
 }
 
-/// Moves p_ to the end of `step`, which every reached pair has certified.
+/// Moves p to the end of `step`, which every reached pair has certified.
 void Proxy::accept(const Step& step) noexcept {
   note_slip(step);
-  near_pairs_.follow(step.dx_m, step.dtheta_rad);
+  near_.list.follow(step.dx_m, step.dtheta_rad);
   if (has_screen()) {
-    screen_->accept(step.q, std::sqrt(step.dx_m.squaredNorm()),
-                    std::sqrt(step.dtheta_rad.squaredNorm()));
+    near_.screen->accept(step.q, std::sqrt(step.dx_m.squaredNorm()),
+                         std::sqrt(step.dtheta_rad.squaredNorm()));
   }
-  way_.translation_m -= step.dx_m;
-  way_.rotation_rad -= step.dtheta_rad;
-  if (pass_of_tick_ == 0) came_ = {step.dx_m, step.dtheta_rad};
+  slip_.way.translation_m -= step.dx_m;
+  slip_.way.rotation_rad -= step.dtheta_rad;
+  if (move_.pass_of_tick == 0) slip_.came = {step.dx_m, step.dtheta_rad};
   const ProxyScale& scale = parameters_.scale;
-  moved_little_ = step.dx_m.squaredNorm() <= scale.last_m * scale.last_m &&
-                  step.dtheta_rad.squaredNorm() <= scale.last_rad * scale.last_rad;
+  move_.moved_little = step.dx_m.squaredNorm() <= scale.last_m * scale.last_m &&
+                       step.dtheta_rad.squaredNorm() <= scale.last_rad * scale.last_rad;
   // Of a whole step what a turn bends is left.
   const Real bend_m = parameters_.radius_m * step.dtheta_rad.squaredNorm() / 2;
-  if (has_long_lists() && whole_ && bend_m <= kBendTolerances * scale.tolerance_m)
-    moved_little_ = true;
-  way_left_m_ = std::max(way_left_m_ - std::sqrt(step.dx_m.squaredNorm()), Real{0});
-  turn_left_rad_ = std::max(turn_left_rad_ - std::sqrt(step.dtheta_rad.squaredNorm()), Real{0});
-  Real& step_m = pass_steps_m_[step_place()];
+  if (has_long_lists() && pass_.whole && bend_m <= kBendTolerances * scale.tolerance_m)
+    move_.moved_little = true;
+  move_.way_left_m = std::max(move_.way_left_m - std::sqrt(step.dx_m.squaredNorm()), Real{0});
+  move_.turn_left_rad =
+      std::max(move_.turn_left_rad - std::sqrt(step.dtheta_rad.squaredNorm()), Real{0});
+  Real& step_m = near_.pass_steps_m[step_place()];
   step_m =
       std::max(step_m / 2, std::sqrt(step.dx_m.squaredNorm()) +
                                parameters_.radius_m * std::sqrt(step.dtheta_rad.squaredNorm()));
-  p_ = step.q;
-  version_ += 1;
-  path_m_ = (path_m_ + static_cast<double>(std::sqrt(step.dx_m.squaredNorm())) * kOdometerUp) *
-            (1 + 0x1p-52);
+  part_.pose = step.q;
+  part_.version += 1;
+  part_.path_m =
+      (part_.path_m + static_cast<double>(std::sqrt(step.dx_m.squaredNorm())) * kOdometerUp) *
+      (1 + 0x1p-52);
   if (!is_locked())
-    turn_rad_ =
-        (turn_rad_ + static_cast<double>(std::sqrt(step.dtheta_rad.squaredNorm())) * kOdometerUp) *
-        (1 + 0x1p-52);
-  for (const ReachedPair& reached : reached_) {
-    ProxyPair& pair = pairs_[reached.pair];
+    part_.turn_rad = (part_.turn_rad +
+                      static_cast<double>(std::sqrt(step.dtheta_rad.squaredNorm())) * kOdometerUp) *
+                     (1 + 0x1p-52);
+  for (const ReachedPair& reached : pass_.reached) {
+    ProxyPair& pair = near_.pairs[reached.pair];
     pair.plane = reached.plane;
     pair.support = reached.support;
     if (kSceneTraits.facets && reached.shared) {
@@ -335,7 +341,7 @@ void Proxy::accept(const Step& step) noexcept {
       pair.clear_until_m =
           odometer_m(pair) +
           static_cast<double>(reached.gap_q_m -
-                              gap_rounding(*pair.view, Vec3(p_.x0_w - pair.reference_w)));
+                              gap_rounding(*pair.view, Vec3(part_.pose.x0_w - pair.reference_w)));
     } else if (!reached.exact_q) {
       // A plane of A, or of two edges, turns away from the direction that was held.
       if (pair.has_held && pair.plane.type == ContactType::kB) {
@@ -345,93 +351,103 @@ void Proxy::accept(const Step& step) noexcept {
     } else {
       hold(pair, reached.normal_q_w, reached.gap_q_m);
       pair.gap_m = reached.gap_q_m;
-      pair.gap_version = version_;
+      pair.gap_version = part_.version;
       pair.clear_until_m =
           odometer_m(pair) +
           static_cast<double>(pair.gap_m -
-                              gap_rounding(*pair.view, Vec3(p_.x0_w - pair.reference_w)));
+                              gap_rounding(*pair.view, Vec3(part_.pose.x0_w - pair.reference_w)));
     }
   }
 }
 
-ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
-  near_scratch_ = &scratch;
-  grants_ = 0;
-  list_visits_left_ = list_visits_of_tick_;
-  list_age_ += 1;
+/// What lists of near pairs may look at in this tick.
+void Proxy::begin_lists() noexcept {
+  std::uint32_t& left = move_.list_visits_left;
+  left = range_.visits_of_tick;
+  range_.list_age += 1;
   // What the passes of the last ticks have left of the budget is for a long list.
-  if (has_long_lists() && pass_units_ < parameters_.work_units) {
-    const Real spare =
-        kListSpareShare * kListVisitsOfUnit * static_cast<Real>(parameters_.work_units - pass_units_);
-    list_visits_left_ = std::clamp(static_cast<std::uint32_t>(spare), list_visits_of_tick_,
-                                   kMostVisitsShare * list_visits_of_tick_);
+  if (has_long_lists() && range_.pass_units < parameters_.work_units) {
+    const Real spare = kListSpareShare * kListVisitsOfUnit *
+                       static_cast<Real>(parameters_.work_units - range_.pass_units);
+    left = std::clamp(static_cast<std::uint32_t>(spare), range_.visits_of_tick,
+                      kMostVisitsShare * range_.visits_of_tick);
   }
   if (has_left_out()) {  // gaps along faces leave the passes half of the budget
-    list_visits_left_ =
-        std::min(list_visits_left_, kListVisitsOfUnit * (parameters_.work_units / 2));
+    left = std::min(left, kListVisitsOfUnit * (parameters_.work_units / 2));
   }
-  waited_ = waiting_;
-  waiting_ = false;
+}
+
+/// Compares the goal with the last one; true: nothing is computed any more until it moves.
+bool Proxy::begin_rest(const GripPose& goal) noexcept {
   if (!started_) {
-    p_ = goal_ = goal;
-    started_ = led_out_ = true;
-    version_ += 1;
-    held_ = 0;
-  } else if (goal.x0_w == goal_.x0_w && goal.q_wa.coeffs() == goal_.q_wa.coeffs()) {
-    if (settled_) {
-      settle_slip();
-      return settled_tick_[0];
-    }
-    held_ = std::min(held_ + 1, kMostHeld);
-    // Planes of an earlier pass can make a long way slow.
-    if (behind_ticks_ == 0 && !choice_spent_ && !sticks() &&
-        (still_ || held_ % kChoicePeriod == 0)) {
-      choose_from_start_ = true;
-    }
-  } else {
-    held_ = 0;
-    choice_spent_ = false;
+    part_.pose = rest_.goal = goal;
+    started_ = out_.led_out = true;
+    part_.version += 1;
+    rest_.held = 0;
+    return false;
   }
-  const bool chosen = choose_from_start_ || sticks();
+  if (!(goal.x0_w == rest_.goal.x0_w && goal.q_wa.coeffs() == rest_.goal.q_wa.coeffs())) {
+    rest_.held = 0;
+    rest_.choice_spent = false;
+    return false;
+  }
+  if (rest_.settled) return true;
+  rest_.held = std::min(rest_.held + 1, kMostHeld);
+  // Planes of an earlier pass can make a long way slow.
+  if (move_.behind_ticks == 0 && !rest_.choice_spent && !sticks() &&
+      (rest_.still || rest_.held % kChoicePeriod == 0)) {
+    rest_.choose_from_start = true;
+  }
+  return false;
+}
+
+/// What p may move by, and what the tick may begin.
+ProxyTick Proxy::begin_tick(const GripPose& goal) noexcept {
   bound_move(goal);
   if (has_friction()) {
-    const PoseError way = error_of(goal, goal_);
-    if (behind_ticks_ == 0) way_ = PoseError{};
-    way_.translation_m += way.translation_m;
-    way_.rotation_rad += way.rotation_rad;
+    const PoseError way = error_of(goal, rest_.goal);
+    if (move_.behind_ticks == 0) slip_.way = PoseError{};
+    slip_.way.translation_m += way.translation_m;
+    slip_.way.rotation_rad += way.rotation_rad;
   }
-  goal_ = goal;
+  rest_.goal = goal;
   const double odometer = odometer_m();
-  tick_motion_m_ = std::max(tick_motion_m_ / 2, static_cast<Real>(odometer - tick_start_m_));
-  tick_start_m_ = odometer;
-  longest_ = false;
+  near_.tick_motion_m =
+      std::max(near_.tick_motion_m / 2, static_cast<Real>(odometer - near_.tick_start_m));
+  near_.tick_start_m = odometer;
+  move_.longest = false;
   ProxyTick tick;
-  tick.start_potential_j = potential_j(parameters_.spring, error_of(goal, p_));
+  tick.start_potential_j = potential_j(parameters_.spring, error_of(goal, part_.pose));
   tick.end_potential_j = tick.start_potential_j;
-  granted_lists_ = granted_planes_ = kGrantedScreenWork;
+  move_.granted_lists = move_.granted_planes = kGrantedScreenWork;
   if (has_screen()) give_back(tick);
-  may_close_ = true;
+  move_.may_close = true;
+  move_.list_cut = false;
+  return tick;
+}
+
+/// The passes of a tick, until one ends it; @return how the last one ended.
+Proxy::PassEnd Proxy::make_passes(const GripPose& goal, ProxyTick& tick) noexcept {
   PassEnd end = PassEnd::kMoved;
   std::uint32_t short_passes = 0;
   bool was_bound = false;  // the last pass: by how far a step is trusted
-  list_cut_ = false;
   for (std::uint32_t k = 0; k < parameters_.passes; ++k) {
-    pass_of_tick_ = k;
+    move_.pass_of_tick = k;
     end = pass(goal, tick);
     tick.passes += 1;
     tick.moved = tick.moved || end == PassEnd::kMoved;
-    if (k == 0 && end != PassEnd::kMoved) came_ = PoseError{};
+    if (k == 0 && end != PassEnd::kMoved) slip_.came = PoseError{};
     if (end == PassEnd::kSpent) {
       keep_found();
       break;
     }
-    pending_.clear();
-    was_bound = has_screen() && tried_m_ >= kAllOfTrust * trust_m_;
+    kept_.pending.clear();
+    was_bound = has_screen() && pass_.tried_m >= kAllOfTrust * range_.trust_m;
     adapt_trust(end);
     if (end == PassEnd::kDone || !may_move()) break;
-    if (end == PassEnd::kMoved && held_ == 0 && moved_little_) break;
+    if (end == PassEnd::kMoved && rest_.held == 0 && move_.moved_little) break;
     // The planes that a short step has found may lead farther; a second one says that they do not.
-    if (short_ && ++short_passes == kMostShortPasses) break;
+    if (pass_.is_short && ++short_passes == kMostShortPasses) break;
     if (!has_budget(tick)) {
       tick.spent = tick.spent || end == PassEnd::kMoved;
       break;
@@ -439,7 +455,7 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   }
   // With one pass in a tick its way is straight.
   // What goes all the way with the goal is not held by a low step.
-  const bool follows = has_long_lists() && end == PassEnd::kMoved && whole_ && held_ == 0;
+  const bool follows = has_long_lists() && end == PassEnd::kMoved && pass_.whole && rest_.held == 0;
   if (end != PassEnd::kSpent && parameters_.passes > 1 && !follows) {
     if (climb(goal, tick)) {
       end = PassEnd::kMoved;
@@ -448,16 +464,16 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   }
   // The list of near pairs has been outrun, or the passes have ended before a screened part was as
   // fast as it asks to be.
-  if (list_cut_ && tick.moved) tick.spent = true;
+  if (move_.list_cut && tick.moved) tick.spent = true;
   if (was_bound && end == PassEnd::kMoved && tick.passes == parameters_.passes) tick.spent = true;
-  behind_ticks_ = tick.spent ? behind_ticks_ + 1 : 0;
-  tick.behind_ticks = behind_ticks_;
-  choice_spent_ = !tick.moved && (choice_spent_ || (chosen && tick.spent));
-  if (tick.residual_n > kResidual_n || choice_spent_) tick.limited = true;
-  tick.error = error_of(goal, p_);
-  for (const ReachedPair& reached : reached_) {
-    const ProxyPair& pair = pairs_[reached.pair];
-    const bool accepted = pair.gap_version == version_;
+  return end;
+}
+
+/// The smallest known gap, a lower bound of the distance.
+void Proxy::tell_gap(PassEnd end, ProxyTick& tick) noexcept {
+  for (const ReachedPair& reached : pass_.reached) {
+    const ProxyPair& pair = near_.pairs[reached.pair];
+    const bool accepted = pair.gap_version == part_.version;
     Real gap_m = accepted ? pair.gap_m : reached.gap_q_m;
     if (!accepted && end != PassEnd::kMoved) gap_m = reached.gap_m;  // p has stayed
     // Its plane has passed, and there was no budget for another: p is free all the same.
@@ -467,27 +483,56 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   for (const std::uint32_t slot : beside()) {  // certified, where its gap was not looked at again
     tick.gap_m = std::min(tick.gap_m, std::max(seen(slot).gap_m, -parameters_.scale.tolerance_m));
   }
-  pass_units_ = std::max(pass_units_ / 2, tick.units() - tick.list_visits / kListVisitsOfUnit);
-  settle_slip();
-  feel(tick);
-  if (!tick.inside && !waiting_ && unlisted_m() > 0) led_out_ = false;
-  still_ =
-      !tick.moved && !tick.inside && !tick.spent && (end == PassEnd::kDone || held_ >= kLeastHeld);
+}
+
+/// Whether a tick with the same goal could find anything better; `chosen`: this one has chosen its
+/// planes from the start.
+void Proxy::end_rest(PassEnd end, bool chosen, const ProxyTick& tick) noexcept {
+  rest_.still = !tick.moved && !tick.inside && !tick.spent &&
+                (end == PassEnd::kDone || rest_.held >= kLeastHeld);
   // Only with planes that this tick has chosen from the start, to the end; else the next one with
   // this goal does, or goes on with it.
-  settled_ = still_ && chosen && (!keeps_active_ || held_ >= kMostChoices);
+  rest_.settled = rest_.still && chosen && (!pass_.keeps_active || rest_.held >= kMostChoices);
   // A part that is on its way, however long that takes, is not one that looks for its place.
-  const bool gains = !may_move() || (tick.moved && longest_) ||
+  const bool gains = !may_move() || (tick.moved && move_.longest) ||
                      tick.end_potential_j < (1 - kOnItsWay) * tick.start_potential_j;
-  slow_ = held_ == 0 ? 0 : gains ? slow_ - (slow_ > 0) : std::min(slow_ + 1, kMostHeld);
-  if (settled_) {
-    ProxyTick& settled = settled_tick_[0] = tick;
-    settled.passes = settled.rejected = 0;
-    settled.rounds = settled.rows = settled.qp_iterations = 0;
-    settled.plane_gaps = settled.valid_nodes = settled.full_searches = 0;
-    settled.search_work = settled.qp_programs = settled.qp_steps = settled.balances = 0;
-    settled.regions = 0;
+  rest_.slow = rest_.held == 0 ? 0
+               : gains         ? rest_.slow - (rest_.slow > 0)
+                               : std::min(rest_.slow + 1, kMostHeld);
+  if (!rest_.settled) return;
+  ProxyTick& settled = rest_.settled_tick[0] = tick;
+  settled.passes = settled.rejected = 0;
+  settled.rounds = settled.rows = settled.qp_iterations = 0;
+  settled.plane_gaps = settled.valid_nodes = settled.full_searches = 0;
+  settled.search_work = settled.qp_programs = settled.qp_steps = settled.balances = 0;
+  settled.regions = 0;
+}
+
+ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
+  scratch_.near = &scratch;
+  move_.grants = 0;
+  begin_lists();
+  near_.waited = near_.waiting;
+  near_.waiting = false;
+  if (begin_rest(goal)) {
+    settle_slip();
+    return rest_.settled_tick[0];
   }
+  const bool chosen = rest_.choose_from_start || sticks();
+  ProxyTick tick = begin_tick(goal);
+  const PassEnd end = make_passes(goal, tick);
+  move_.behind_ticks = tick.spent ? move_.behind_ticks + 1 : 0;
+  tick.behind_ticks = move_.behind_ticks;
+  rest_.choice_spent = !tick.moved && (rest_.choice_spent || (chosen && tick.spent));
+  if (tick.residual_n > kResidual_n || rest_.choice_spent) tick.limited = true;
+  tick.error = error_of(goal, part_.pose);
+  tell_gap(end, tick);
+  range_.pass_units =
+      std::max(range_.pass_units / 2, tick.units() - tick.list_visits / kListVisitsOfUnit);
+  settle_slip();
+  feel(tick);
+  if (!tick.inside && !near_.waiting && unlisted_m() > 0) out_.led_out = false;
+  end_rest(end, chosen, tick);
   return tick;
 }
 

@@ -23,34 +23,35 @@ void Proxy::find_region(const ProxyPair& pair, const GripPose& at, PlaneRegion& 
   if (!region.gap.defined) return;
   tick.regions += 1;
   region.count = contact_manifold(*pair.view, at.r_wa, at.x0_w - pair.reference_w, region.gap,
-                                  parameters_.scale.manifold_m, manifold_scratch_, region.points);
-  region.overlap = manifold_scratch_.overlap;
+                                  parameters_.scale.manifold_m, scratch_.manifold, region.points);
+  region.overlap = scratch_.manifold.overlap;
   if (!region.overlap) {
     region.turn_w = plane_turn(*pair.view, at.r_wa, at.x0_w - pair.reference_w, region.gap);
   }
 }
 
-/// The contact region along a plane at p_, from the last time it was asked for while p_ has stayed.
+/// The contact region along a plane at p, from the last time it was asked for while p has stayed.
 const PlaneRegion& Proxy::region_at_p(std::uint32_t index, const PlaneId& id, SupportPair support,
                                       ProxyTick& tick) noexcept {
-  for (const PlaneRegion& kept : regions_) {
-    if (kept.version == version_ && kept.pair == index && kept.gap.id == id) return kept;
+  for (const PlaneRegion& kept : part_.regions) {
+    if (kept.version == part_.version && kept.pair == index && kept.gap.id == id) return kept;
   }
-  PlaneRegion& region = regions_[oldest_region_];
-  oldest_region_ = (oldest_region_ + 1) % kKeptRegions;
-  ProxyPair& pair = pairs_[index];
+  PlaneRegion& region = part_.regions[part_.oldest_region];
+  part_.oldest_region = (part_.oldest_region + 1) % kKeptRegions;
+  ProxyPair& pair = near_.pairs[index];
   need_view(pair, tick);
   tick.plane_gaps += 1;
   region.pair = index;
-  region.version = version_;
-  region.gap = plane_gap(*pair.view, p_.r_wa, Vec3(p_.x0_w - pair.reference_w), id, support);
-  find_region(pair, p_, region, tick);
+  region.version = part_.version;
+  region.gap =
+      plane_gap(*pair.view, part_.pose.r_wa, Vec3(part_.pose.x0_w - pair.reference_w), id, support);
+  find_region(pair, part_.pose, region, tick);
   return region;
 }
 
 /// Rows of a plane at p.
 bool Proxy::add_rows_at_p(std::uint32_t imposed, const PoseError& error, ProxyTick& tick) noexcept {
-  const ImposedPlane& plane = imposed_[imposed];
+  const ImposedPlane& plane = program_.imposed[imposed];
   const PlaneRegion& region = region_at_p(plane.pair, plane.id, plane.support, tick);
   return !region.gap.defined || add_region(imposed, region, error);
 }
@@ -58,8 +59,8 @@ bool Proxy::add_rows_at_p(std::uint32_t imposed, const PoseError& error, ProxyTi
 /// Rows of a plane at a step; `support_too`: and at its support vertices.
 bool Proxy::add_rows(std::uint32_t imposed, const Step& at, const PoseError& error,
                      bool support_too, ProxyTick& tick) noexcept {
-  const ImposedPlane& plane = imposed_[imposed];
-  const ProxyPair& pair = pairs_[plane.pair];
+  const ImposedPlane& plane = program_.imposed[imposed];
+  const ProxyPair& pair = near_.pairs[plane.pair];
   PlaneRegion region;
   region.gap = gap_at(pair, at, plane.id, plane.support, tick);
   if (!region.gap.defined) return true;  // edges turned parallel: another plane will come
@@ -75,7 +76,7 @@ bool Proxy::add_rows(std::uint32_t imposed, const Step& at, const PoseError& err
 /// Rows of the contact region along a plane; null `at`: of the region at p.
 bool Proxy::add_region(std::uint32_t imposed, const PlaneRegion& region, const PoseError& error,
                        const Step* at) noexcept {
-  imposed_[imposed].support = region.gap.support;
+  program_.imposed[imposed].support = region.gap.support;
   if (is_locked()) {  // all points move alike: the lowest one says it all
     return add_row(imposed, RowArm{}, region.gap.gap_m, region.gap.normal_w, at, error);
   }
@@ -91,14 +92,14 @@ bool Proxy::add_region(std::uint32_t imposed, const PlaneRegion& region, const P
 /// linearised, null: at p; with friction the point gets its cone.
 bool Proxy::add_row(std::uint32_t imposed, const RowArm& arm, Real gap_m, const Vec3& normal_w,
                     const Step* at, const PoseError& error) noexcept {
-  const ProxyPair& pair = pairs_[imposed_[imposed].pair];
+  const ProxyPair& pair = near_.pairs[program_.imposed[imposed].pair];
   Real along = 0;
   if (at != nullptr) {
     along = normal_w.dot(at->dx_m);
     if (!is_locked()) along += turned_m(arm, normal_w, at->dtheta_rad);
   }
   // Rows that zero motion would violate by more than this could be inconsistent.
-  const Real least = std::min(along - gap_m, close_m_);
+  const Real least = std::min(along - gap_m, program_.close_m);
   if (rubs(pair)) return add_cone(imposed, arm, normal_w, least, error);
   return push_row(imposed, arm, normal_w, least, error, kMaxProxyRows);
 }
@@ -111,14 +112,14 @@ bool Proxy::push_row(std::uint32_t imposed, const RowArm& arm, const Vec3& w, Re
   row.g.head<3>() = w;
   if (!is_locked()) {
     const Vec3 moment = arm.app_w.cross(w) + arm.turn_w;
-    row.g.tail<3>() = moment / secant_.length_m;
+    row.g.tail<3>() = moment / program_.secant.length_m;
     pull += moment.dot(error.rotation_rad);
   }
   row.h = least_m - pull;
-  const std::uint32_t index = rows_.size();
-  if (index >= most_rows || !rows_.push(row)) return false;
-  row_plane_[index] = static_cast<std::uint8_t>(imposed);
-  if (!row_cone_.empty()) row_cone_[index] = kMaxFrictionCones;
+  const std::uint32_t index = program_.rows.size();
+  if (index >= most_rows || !program_.rows.push(row)) return false;
+  program_.row_plane[index] = static_cast<std::uint8_t>(imposed);
+  if (!program_.row_cone.empty()) program_.row_cone[index] = kMaxFrictionCones;
   return true;
 }
 

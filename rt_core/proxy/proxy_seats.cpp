@@ -14,24 +14,25 @@ namespace haptic {
 void Proxy::stand_beside(const ReachedPair& reached, ProxyTick& tick) noexcept {
   if (!takes_turns()) return;
   std::uint32_t slot = reached.pair;
-  if (pairs_[slot].inside) {
-    need_view(pairs_[slot], tick);
-    const auto other = std::find_if(reached_.begin(), reached_.end(), [&](const ReachedPair& r) {
-      return !pairs_[r.pair].inside && pairs_[r.pair].held_in != pass_;
-    });
-    if (other != reached_.end()) {
-      give_seat(static_cast<std::uint32_t>(other - reached_.begin()), slot, reached);
+  if (near_.pairs[slot].inside) {
+    need_view(near_.pairs[slot], tick);
+    const auto other =
+        std::find_if(pass_.reached.begin(), pass_.reached.end(), [&](const ReachedPair& r) {
+          return !near_.pairs[r.pair].inside && near_.pairs[r.pair].held_in != pass_.number;
+        });
+    if (other != pass_.reached.end()) {
+      give_seat(static_cast<std::uint32_t>(other - pass_.reached.begin()), slot, reached);
     }
   }
-  static_cast<void>(beside_.push(slot));
+  static_cast<void>(pass_.beside.push(slot));
 }
 
 /// What is known of a pair within reach that has no seat.
 ReachedPair Proxy::seen(std::uint32_t slot) const noexcept {
-  const ProxyPair& pair = pairs_[slot];
+  const ProxyPair& pair = near_.pairs[slot];
   ReachedPair reached;
   reached.pair = slot;
-  reached.exact_p = pair.gap_version == version_;
+  reached.exact_p = pair.gap_version == part_.version;
   reached.gap_m = reached.exact_p ? pair.gap_m : clear_m(pair);
   reached.gap_p_m = reached.gap_q_m = reached.path_m = reached.gap_m;
   reached.unsure = pair.waits;
@@ -44,54 +45,54 @@ ReachedPair Proxy::seen(std::uint32_t slot) const noexcept {
 /// none: the length of the list. The search goes on where the last one ended. Cost: one look at
 /// each seat at most, and over as many calls as find one no more than a round of the list.
 std::uint32_t Proxy::free_seat(Real least_m, bool shared_too) noexcept {
-  for (std::uint32_t k = 0; k < reached_.size(); ++k) {
-    const std::uint32_t seat = next_seat_ < reached_.size() ? next_seat_ : 0;
-    next_seat_ = seat + 1;
-    const ReachedPair& reached = reached_[seat];
-    const ProxyPair& pair = pairs_[reached.pair];
+  for (std::uint32_t k = 0; k < pass_.reached.size(); ++k) {
+    const std::uint32_t seat = near_.next_seat < pass_.reached.size() ? near_.next_seat : 0;
+    near_.next_seat = seat + 1;
+    const ReachedPair& reached = pass_.reached[seat];
+    const ProxyPair& pair = near_.pairs[reached.pair];
     if (reached.open || reached.unsure || pair.inside || (reached.shared && !shared_too)) continue;
-    if (pair.held_in != pass_ && !(worth_m(reached, least_m) < 0)) return seat;
+    if (pair.held_in != pass_.number && !(worth_m(reached, least_m) < 0)) return seat;
   }
-  return reached_.size();
+  return pass_.reached.size();
 }
 
 /// Puts `reached`, of the pair in `slot`, into a seat; `slot` is that of the pair that had it then.
 void Proxy::give_seat(std::uint32_t seat, std::uint32_t& slot,
                       const ReachedPair& reached) noexcept {
-  keep_plane(reached_[seat]);
-  keep_view(reached_[seat].pair, false);
-  slot = reached_[seat].pair;
-  reached_[seat] = reached;
-  recall_valid(reached_[seat]);
+  keep_plane(pass_.reached[seat]);
+  keep_view(pass_.reached[seat].pair, false);
+  slot = pass_.reached[seat].pair;
+  pass_.reached[seat] = reached;
+  recall_valid(pass_.reached[seat]);
   keep_view(reached.pair, true);
 }
 
 /// Forms the view of a listed pair that has none; where pairs take turns, in place of one that this
 /// pass does not keep.
 void Proxy::form_view(ProxyPair& pair, ProxyTick& tick) noexcept {
-  const auto slot = static_cast<std::uint32_t>(&pair - pairs_.data());
+  const auto slot = static_cast<std::uint32_t>(&pair - near_.pairs.data());
   std::uint32_t at = slot;
   if (takes_turns()) {
     tick.search_work += 1;
-    for (std::uint32_t k = 0; k < view_of_.size(); ++k) {
-      at = next_view_ < view_of_.size() ? next_view_ : 0;
-      next_view_ = at + 1;
-      if (view_of_[at].kept_in != pass_) break;
+    for (std::uint32_t k = 0; k < near_.view_of.size(); ++k) {
+      at = near_.next_view < near_.view_of.size() ? near_.next_view : 0;
+      near_.next_view = at + 1;
+      if (near_.view_of[at].kept_in != pass_.number) break;
     }
-    ProxyPair& before = pairs_[view_of_[at].slot];
-    if (before.view == &views_[at]) before.view = nullptr;
-    view_of_[at] = {slot, 0};
+    ProxyPair& before = near_.pairs[near_.view_of[at].slot];
+    if (before.view == &near_.views[at]) before.view = nullptr;
+    near_.view_of[at] = {slot, 0};
   }
-  views_[at] = scene_[0].pair(pair.index);
-  views_[at].skin_m = skin_m();
-  pair.view = &views_[at];
+  near_.views[at] = near_.scene[0].pair(pair.index);
+  near_.views[at].skin_m = skin_m();
+  pair.view = &near_.views[at];
 }
 
 /// Whether this pass keeps the view of a pair that has one.
 void Proxy::keep_view(std::uint32_t slot, bool keep) noexcept {
   if (!takes_turns()) return;
-  view_of_[static_cast<std::uint32_t>(pairs_[slot].view - views_.data())].kept_in =
-      keep ? pass_ : 0;
+  near_.view_of[static_cast<std::uint32_t>(near_.pairs[slot].view - near_.views.data())].kept_in =
+      keep ? pass_.number : 0;
 }
 
 }  // namespace haptic

@@ -46,7 +46,7 @@ Real Proxy::wanted_shift_m(const FrictionCone& cone, const PoseError& motion) co
 /// Whether no point sinks by `motion`, nor is lifted, where it may not be.
 bool Proxy::shifts_fit(const PoseError& motion, bool may_lift) const noexcept {
   const Real tolerance_m = parameters_.scale.tolerance_m;
-  for (const FrictionCone& cone : cones_) {
+  for (const FrictionCone& cone : program_.cones) {
     const Real lacks_m = cone.friction * (wanted_shift_m(cone, motion) - cone.shift_m);
     const Real sunk_m = cone.least_m - rise_of(cone, motion);
     if (std::max(-lacks_m, sunk_m) > kSinkShare * tolerance_m) return false;
@@ -57,7 +57,7 @@ bool Proxy::shifts_fit(const PoseError& motion, bool may_lift) const noexcept {
 
 /// Whether a point comes by a small share of the goal's way at the most.
 bool Proxy::hardly_slides(const FrictionCone& cone, const PoseError& motion) const noexcept {
-  return wanted_shift_m(cone, motion) <= kHardlySlides * wanted_shift_m(cone, way_);
+  return wanted_shift_m(cone, motion) <= kHardlySlides * wanted_shift_m(cone, slip_.way);
 }
 
 /// Shifts the cones until each has the slip that its program finds. Where that does not end a point
@@ -65,7 +65,7 @@ bool Proxy::hardly_slides(const FrictionCone& cone, const PoseError& motion) con
 /// free to slide along with the goal, for friction between planes that look at each other can press
 /// them together: in the first pass of a tick it slides where it can.
 void Proxy::settle_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick) noexcept {
-  if (!kSceneTraits.friction || cones_.empty()) return;
+  if (!kSceneTraits.friction || program_.cones.empty()) return;
   Balance first;
   if (find_balance(error, false, first, tick) && first.is_exact) {
     take(first);
@@ -75,14 +75,14 @@ void Proxy::settle_cones(const PoseError& error, Real tolerance_m, ProxyTick& ti
   bool may_slide = is_first_pass(), tried = false;
   QpResult held;
   for (std::uint32_t k = 0;; ++k) {
-    const bool ends = k == kMaxShiftsOfRound || shift_programs_ >= kMaxShiftPrograms ||
+    const bool ends = k == kMaxShiftsOfRound || program_.shift_programs >= kMaxShiftPrograms ||
                       (k > 0 && !has_budget(tick));
-    const PoseError motion = asked(last_qp_.z, error);
+    const PoseError motion = asked(program_.found.z, error);
     const bool fits = shifts_fit(motion, ends);
     const bool stays = fits && is_held(motion);
     if (stays && tried) {
       shift_cones(PoseError{});
-      last_qp_ = held;
+      program_.found = held;
     }
     if (fits && (ends || !may_slide || !stays)) return;
     if (ends) {
@@ -96,17 +96,17 @@ void Proxy::settle_cones(const PoseError& error, Real tolerance_m, ProxyTick& ti
       if (fits) {
         may_slide = false;
         tried = true;
-        held = last_qp_;
+        held = program_.found;
       }
       if (balance.is_exact) {
         if (!(fits && is_held(balance.motion))) take(balance);
         return;
       }
       shift_cones(found ? balance.motion : motion);
-      shift_programs_ += 1;
+      program_.shift_programs += 1;
     }
-    const QpResult last = last_qp_;
-    last_qp_ = solve_rows(tolerance_m, tick, std::span(last.active).first(last.active_count));
+    const QpResult last = program_.found;
+    program_.found = solve_rows(tolerance_m, tick, std::span(last.active).first(last.active_count));
     cut_cones(error, tolerance_m, tick);
     if (ends) return;
   }
@@ -114,7 +114,7 @@ void Proxy::settle_cones(const PoseError& error, Real tolerance_m, ProxyTick& ti
 
 /// Whether the goal goes on and no point comes along by `motion`.
 bool Proxy::is_held(const PoseError& motion) const noexcept {
-  for (const FrictionCone& cone : cones_) {
+  for (const FrictionCone& cone : program_.cones) {
     if (!hardly_slides(cone, motion)) return false;
   }
   return true;
@@ -123,8 +123,8 @@ bool Proxy::is_held(const PoseError& motion) const noexcept {
 /// Makes an exact balance the solution of the program.
 void Proxy::take(const Balance& balance) noexcept {
   shift_cones(balance.motion);
-  last_qp_.z = balance.z;
-  for (FrictionCone& cone : cones_) {
+  program_.found.z = balance.z;
+  for (FrictionCone& cone : program_.cones) {
     if (cone.shift_m > 0) cone.direction_w = -slip_of(cone, balance.motion).normalized();
   }
 }
@@ -132,8 +132,9 @@ void Proxy::take(const Balance& balance) noexcept {
 /// Whether by a balance that has not come to its end no point slides by many times what it does in
 /// the program or comes by with the goal.
 bool Proxy::is_near(const PoseError& balanced, const PoseError& motion) const noexcept {
-  for (const FrictionCone& cone : cones_) {
-    const Real most_m = kNear * std::max(wanted_shift_m(cone, motion), wanted_shift_m(cone, way_));
+  for (const FrictionCone& cone : program_.cones) {
+    const Real most_m =
+        kNear * std::max(wanted_shift_m(cone, motion), wanted_shift_m(cone, slip_.way));
     if (wanted_shift_m(cone, balanced) > most_m) return false;
   }
   return true;
@@ -142,14 +143,14 @@ bool Proxy::is_near(const PoseError& balanced, const PoseError& motion) const no
 /// Shifts every cone by the slip of `motion`.
 void Proxy::shift_cones(const PoseError& motion) noexcept {
   std::array<Real, kMaxFrictionCones> change_m;
-  for (std::uint32_t c = 0; c < cones_.size(); ++c) {
-    const Real shift_m = wanted_shift_m(cones_[c], motion);
-    change_m[c] = shift_m - cones_[c].shift_m;
-    cones_[c].shift_m = shift_m;
+  for (std::uint32_t c = 0; c < program_.cones.size(); ++c) {
+    const Real shift_m = wanted_shift_m(program_.cones[c], motion);
+    change_m[c] = shift_m - program_.cones[c].shift_m;
+    program_.cones[c].shift_m = shift_m;
   }
-  for (std::uint32_t row = 0; row < rows_.size(); ++row) {
-    const std::uint32_t c = row_cone_[row];
-    if (c < cones_.size()) rows_[row].h -= cones_[c].friction * change_m[c];
+  for (std::uint32_t row = 0; row < program_.rows.size(); ++row) {
+    const std::uint32_t c = program_.row_cone[row];
+    if (c < program_.cones.size()) program_.rows[row].h -= program_.cones[c].friction * change_m[c];
   }
 }
 
@@ -161,14 +162,14 @@ QpVector Proxy::force_at(const FrictionCone& cone, const Vec3& w, bool pushes) c
   if (!is_locked()) {
     Vec3 moment = cone.arm.app_w.cross(w);
     if (pushes) moment += cone.arm.turn_w;
-    force.tail<3>() = moment / secant_.length_m;
+    force.tail<3>() = moment / program_.secant.length_m;
   }
   return force;
 }
 
 /// Turns the force of a point against a slip, > 0.
 void Proxy::aim(SlideForce& force, const Vec3& slip) const noexcept {
-  const FrictionCone& cone = cones_[force.cone];
+  const FrictionCone& cone = program_.cones[force.cone];
   force.slip_m = std::sqrt(slip.squaredNorm());
   const Vec3 t = -slip / force.slip_m;
   force.along = force_at(cone, cone.normal_w + cone.friction * t, true);
@@ -179,12 +180,13 @@ void Proxy::aim(SlideForce& force, const Vec3& slip) const noexcept {
 /// The forces of the last program: one for each point that slides, or is to begin to, for its
 /// plane, and one for each other row, for that.
 void Proxy::take_forces(const PoseError& error, bool begins, SlideForces& taken) const noexcept {
-  const PoseError motion = asked(last_qp_.z, error);
+  const PoseError motion = asked(program_.found.z, error);
   const Real lift_m = kLiftShare * parameters_.scale.tolerance_m;
-  for (std::uint32_t i = 0; i < last_qp_.active_count; ++i) {
-    const std::uint32_t row = last_qp_.active[i];
-    const std::uint32_t c = row_cone_[row];
-    const bool moves = c < cones_.size() && (begins || wanted_shift_m(cones_[c], motion) > 0);
+  for (std::uint32_t i = 0; i < program_.found.active_count; ++i) {
+    const std::uint32_t row = program_.found.active[i];
+    const std::uint32_t c = program_.row_cone[row];
+    const bool moves =
+        c < program_.cones.size() && (begins || wanted_shift_m(program_.cones[c], motion) > 0);
     SlideForce* force = nullptr;
     for (std::uint32_t k = 0; moves && k < taken.count; ++k) {
       if (taken.forces[k].cone == c) force = &taken.forces[k];
@@ -195,19 +197,20 @@ void Proxy::take_forces(const PoseError& error, bool begins, SlideForces& taken)
       if (moves) {
         taken.slides = true;
         force->cone = c;
-        force->plane = force_at(cones_[c], cones_[c].normal_w, true);
-        force->h = cones_[c].least_m + lift_m - rise_of(cones_[c], error);
+        force->plane = force_at(program_.cones[c], program_.cones[c].normal_w, true);
+        force->h = program_.cones[c].least_m + lift_m - rise_of(program_.cones[c], error);
       } else {
-        force->plane = force->along = rows_[row].g;
-        force->h = rows_[row].h;
-        if (c < cones_.size()) taken.stuck[taken.stuck_count++] = c;
+        force->plane = force->along = program_.rows[row].g;
+        force->h = program_.rows[row].h;
+        if (c < program_.cones.size()) taken.stuck[taken.stuck_count++] = c;
       }
     }
-    force->size += last_qp_.multiplier[i];
+    force->size += program_.found.multiplier[i];
   }
   for (std::uint32_t k = 0; k < taken.count; ++k) {
     SlideForce& force = taken.forces[k];
-    if (!begins && force.cone < cones_.size()) aim(force, slip_of(cones_[force.cone], motion));
+    if (!begins && force.cone < program_.cones.size())
+      aim(force, slip_of(program_.cones[force.cone], motion));
   }
 }
 
@@ -223,7 +226,7 @@ bool Proxy::find_balance(const PoseError& error, bool begins, Balance& found,
   auto& [forces, stuck, count, stuck_count, slides] = taken;
   QpVector pull = QpVector::Zero();
   pull.head<3>() = error.translation_m;
-  if (!is_locked()) pull.tail<3>() = secant_.length_m * error.rotation_rad;
+  if (!is_locked()) pull.tail<3>() = program_.secant.length_m * error.rotation_rad;
   std::uint32_t left = kMaxBalances;
   if (begins) {
     // It would begin to slide as it did without friction. What two planes that look at each other
@@ -238,7 +241,8 @@ bool Proxy::find_balance(const PoseError& error, bool begins, Balance& found,
     for (std::uint32_t k = 0; k < count; ++k) {
       SlideForce& force = forces[k];
       force.size = 0;
-      if (force.cone < cones_.size()) aim(force, slip_of(cones_[force.cone], begun));
+      if (force.cone < program_.cones.size())
+        aim(force, slip_of(program_.cones[force.cone], begun));
     }
   }
   for (bool turns = true; left > 0 && turns;) {
@@ -260,8 +264,8 @@ bool Proxy::find_balance(const PoseError& error, bool begins, Balance& found,
     found.is_exact = true;
     turns = false;
     for (std::uint32_t k = 0; k < count; ++k) {
-      if (forces[k].cone >= cones_.size()) continue;
-      const FrictionCone& cone = cones_[forces[k].cone];
+      if (forces[k].cone >= program_.cones.size()) continue;
+      const FrictionCone& cone = program_.cones[forces[k].cone];
       const Vec3 slip = slip_of(cone, found.motion);
       const Vec3 rub = Vec3(forces[k].along.head<3>()) - cone.normal_w;
       const Real along_m = -rub.dot(slip) / cone.friction;
@@ -283,15 +287,15 @@ bool Proxy::find_balance(const PoseError& error, bool begins, Balance& found,
 bool Proxy::keeps_the_rest(const Balance& found,
                            std::span<const std::uint32_t> stuck) const noexcept {
   const Real sink_m = kRowShare * parameters_.scale.tolerance_m;
-  for (const FrictionCone& cone : cones_) {
+  for (const FrictionCone& cone : program_.cones) {
     if (rise_of(cone, found.motion) < cone.least_m - sink_m) return false;
   }
-  for (std::uint32_t row = 0; row < rows_.size(); ++row) {
-    if (row_cone_[row] < cones_.size()) continue;
-    if (rows_[row].g.dot(found.z) < rows_[row].h - sink_m) return false;
+  for (std::uint32_t row = 0; row < program_.rows.size(); ++row) {
+    if (program_.row_cone[row] < program_.cones.size()) continue;
+    if (program_.rows[row].g.dot(found.z) < program_.rows[row].h - sink_m) return false;
   }
   for (const std::uint32_t c : stuck) {
-    if (wanted_shift_m(cones_[c], found.motion) > 0) return false;
+    if (wanted_shift_m(program_.cones[c], found.motion) > 0) return false;
   }
   return true;
 }

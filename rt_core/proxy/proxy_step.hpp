@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Inside of the proxy: one step and its check. Not for inclusion outside law/.
+/// Inside of the proxy: one step and its check. Not for inclusion outside proxy/.
 
 #include <limits>
 
@@ -59,6 +59,9 @@ inline constexpr double kOdometerUp = 1 + 64 * static_cast<double>(kRealEpsilon)
 inline constexpr Real kTrustLess = 0.25_r, kTrustMore = 4;
 /// The shortest of the longest steps, in tolerances.
 inline constexpr Real kLastTolerances = 2;
+
+/// Share of the energy that a step lowers it by at least, unless the planes are to be chosen again.
+inline constexpr Real kIdleShare = sizeof(Real) == sizeof(float) ? 1.0e-6_r : 1.0e-9_r;
 
 /// Share of the tolerance that a step that was corrected or shortened may be deep at its end.
 inline constexpr Real kCorrectedShare = 0.75_r;
