@@ -48,11 +48,6 @@ class ReferenceDriver final : public Driver {
  public:
   explicit ReferenceDriver(const ReferenceSettings& settings = {}) noexcept;
 
-  [[nodiscard]] const UsbProfile& profile() const noexcept override { return profile_; }
-  [[nodiscard]] const DeviceCapabilities& capabilities() const noexcept override {
-    return capabilities_;
-  }
-
   /// Reads the capability block, three times at most, 100 ms each.
   /// @retval kStartFailed      it has none, a damaged or an implausible one; or cancelled
   /// @retval kBadCapabilities  those of the settings are implausible
@@ -86,8 +81,6 @@ class ReferenceDriver final : public Driver {
   void forget() noexcept;
 
   ReferenceSettings settings_;
-  UsbProfile profile_;
-  DeviceCapabilities capabilities_;
 
   bool reported_ = false;            ///< there was a report since start
   std::uint32_t last_sequence_ = 0;  ///< of reports
