@@ -28,7 +28,7 @@ struct UsbProfile {
   bool kernel_driver = false;  ///< a kernel driver holds the interface and must be detached
 };
 
-/// What a report turned out to be.
+/// Result of reading one report.
 enum class ReportVerdict : std::uint8_t {
   kState = 0,    ///< `state` is new
   kNothing,      ///< valid, but no new state in it

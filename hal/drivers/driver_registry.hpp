@@ -63,7 +63,7 @@ struct DriverRow {
   std::span<const DriverKey> keys;
   /// Null, with `defect` filled, for values of keys that no driver can be made of.
   std::unique_ptr<Driver> (*make)(const DriverOptions& options, DriverDefect& defect);
-  /// Of all models, where there are others than that of the profile; else null.
+  /// Identities of all models, where there are others than that of the profile; else null.
   std::vector<UsbIdentity> (*identities)() = nullptr;
 };
 

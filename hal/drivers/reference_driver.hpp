@@ -8,7 +8,8 @@
 
 namespace haptic::hal {
 
-/// What the device of PROTOCOL.md has where nothing else is known: 12 N, 0.3 N m, 1 kHz, 20 ms.
+/// Capabilities of the device of PROTOCOL.md where nothing else is known: 12 N, 0.3 N m, 1 kHz, 20
+/// ms.
 [[nodiscard]] DeviceCapabilities reference_capabilities() noexcept;
 
 /// A capability block in SI units. Frames are not in it: q_wd and handle_offset_h are identity and
