@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a haptic device is to the host: its capabilities, apart from the state and the command that
-/// it exchanges with the servo thread (rt_core/exchange/device_exchange.hpp). Fixed size, copied by
-/// value. SI units; frame D is the device's base frame, H the handle.
+/// The capabilities of a haptic device, apart from the state and the command that it exchanges with
+/// the servo thread (rt_core/exchange/device_exchange.hpp). Fixed size, copied by value. SI units;
+/// frame D is the device's base frame, H the handle.
 
 #include <cstdint>
 
@@ -24,7 +24,7 @@ enum DofBit : std::uint32_t {
   kDofAll = kDofTranslation | kDofRotation
 };
 
-/// What the device can do; constant while it is open. A limit of 0 means "not known".
+/// Abilities and limits of the device; constant while it is open. A limit of 0 means "not known".
 struct DeviceCapabilities {
   std::uint32_t sensed_dof = 0;  ///< DofBit
   std::uint32_t driven_dof = 0;  ///< DofBit; the rest of a wrench is dropped by project_wrench

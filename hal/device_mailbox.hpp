@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What servo and device side share: two halves, each written by one side alone, so that each may
-/// be a mapping of its own between two processes. What a side counts is its own memory, and it
+/// Memory that servo and device side share: two halves, each written by one side alone, so that
+/// each may be a mapping of its own between two processes. A side counts in its own memory, and it
 /// trusts nothing that the other side writes.
 
 #include <atomic>

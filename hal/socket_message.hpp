@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a device in another process says over a Unix socket (SOCK_SEQPACKET, one message each): a
+/// Messages of a device in another process over a Unix socket (SOCK_SEQPACKET, one message each): a
 /// byte of kind, then the bytes. Nothing here is ever larger than kMostSocketBytes.
 
 #include <cstddef>

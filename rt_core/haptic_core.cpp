@@ -16,8 +16,6 @@ constexpr std::uint32_t kNoGuide = kFlagClutched | kFlagRecovery | kFlagOutsideE
 [[nodiscard]] StepResult refused(RtStatus status, std::uint64_t hash) noexcept;
 [[nodiscard]] StepResult result_of(const Goal& goal, const ContactSet& contact,
                                    const Output& output) noexcept;
-[[nodiscard]] Output finish_guided(CoreMemory& m, const LawWrench& law, const DeviceMotion& device,
-                                   const StepInput& input, std::uint32_t flags) noexcept;
 [[nodiscard]] StepResult with_felt(StepResult result, const FreePose& free, const Pose& pose_wa,
                                    const FeltContact& felt) noexcept;
 
@@ -33,17 +31,20 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
   const Goal goal =
       m.goal.update(input.pose_wa, input.clutched, m.free_motion.pose(), m.free_motion.at_rest());
 
-  // 2 to 5. The contact there: which pairs matter, verdicts, near sets, regions. Law proxy does
-  // without it unless the caller asks.
+  // 2. The contact there: which pairs matter, verdicts, near sets, regions. Law proxy does without
+  // it unless the caller asks.
   const std::uint32_t motion_flags = m.goal_contact.advance(goal.grip);
   const bool asked = !proxy || (m.searches_goal && input.report_goal_contact);
   const ContactSet contact =
       kSceneTraits.goal_contact && asked ? m.goal_contact.search(goal.grip) : ContactSet{};
 
-  // The device's velocity, for the law's damping and for the account of energy.
-  const DeviceMotion device = m.output.sense(goal.device, input);
+  // 3. The device's velocity, for the law's damping and for the account of energy. The wrench that
+  // it accepted counts there without the guide's share.
+  DeviceMotion device = m.output.sense(goal.device, input);
+  if (m.has_guide())
+    device.accepted_w = m.guide->take_share(input.accepted_wrench_w, input.accepted_valid);
 
-  // 6. The law: a free configuration and the spring to it, or a wrench of the contacts themselves.
+  // 4. The law: a free configuration and the spring to it, or a wrench of the contacts themselves.
   const FreePose free =
       proxy ? m.free_motion.move(goal.grip, device.twist.twist_w, m.goal_contact.room())
             : FreePose{};
@@ -51,17 +52,16 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
   const LawWrench law = proxy ? LawWrench{free.wrench_w, free.spring_w, free.stored, true}
                               : LawWrench{direct.wrench_w, direct.wrench_w, {}, false};
 
-  // 9. Towards the device: ramps, energy, the device's twist.
+  // 5. Towards the device: ramps, energy, the device's twist.
   const std::uint32_t flags = goal.flags | motion_flags | contact.work.flags | free.flags;
-  const Output output = m.has_guide() ? finish_guided(m, law, device, input, flags)
-                                      : m.output.finish(law, device, input, flags);
+  const Output output = m.output.finish(law, device, input, flags);
 
   StepResult result = result_of(goal, contact, output);
   result.flags = flags | output.flags;
   result.counters.hull_points = direct.hull_points;
   if (proxy) {
     result = with_felt(result, free, m.goal.mesh_pose(free.grip), m.free_motion.felt());
-    // 7. The guide, behind the contact, which does not know of it.
+    // 6. The guide, behind the contact, which does not know of it.
     if (m.has_guide()) {
       const bool wanted = !input.guide_off && (result.flags & kNoGuide) == 0;
       result.guidance = m.guide->update(free.grip, goal.device, result.wrench_w, wanted);
@@ -122,14 +122,6 @@ StepResult result_of(const Goal& goal, const ContactSet& contact, const Output& 
   n.near_nodes = contact.work.near_nodes;
   n.stale_pairs = contact.work.stale_pairs;
   return result;
-}
-
-/// What acted on the device of the guide's force is none of the contact's.
-Output finish_guided(CoreMemory& m, const LawWrench& law, const DeviceMotion& device,
-                     const StepInput& input, std::uint32_t flags) noexcept {
-  StepInput of_contact = input;
-  of_contact.accepted_wrench_w = m.guide->take_share(input.accepted_wrench_w, input.accepted_valid);
-  return m.output.finish(law, device, of_contact, flags);
 }
 
 StepResult with_felt(StepResult result, const FreePose& free, const Pose& pose_wa,

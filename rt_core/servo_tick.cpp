@@ -82,6 +82,47 @@ void copy(const Vec3& from, double (&to)[3]) noexcept {
 
 }  // namespace
 
+ServoResult ServoTick::step(const ServoInput& input) noexcept {
+  ServoResult result;
+  tick_ += 1;
+  const DeviceState& state = input.state;
+  follow_limits(state.limits);
+  const bool linked = state.link == LinkState::kReady;
+  const bool is_new =
+      linked && state.sequence != 0 && (!has_state_ || state.sequence != last_state_.sequence);
+  std::uint32_t present = check_device(input);
+  follow_state(input, is_new);
+  present |= check_time(input);
+  present |= check_frame(input);
+  const bool has_pose =
+      usable_ && (state_faults_ & kNoPose) == 0 && (state.faults & kDeviceNotHomed) == 0;
+  if (is_new && has_pose) state_faults_ |= render(input, result);
+  present |= state_faults_;
+
+  arm(input, present);
+  LimiterInput in;
+  in.stamp_ns = input.now_ns;
+  in.spring_d = exerted(pull_of(last_rendered_));
+  in.damping_d = exerted(difference(last_rendered_.wrench_w, last_rendered_.spring_w));
+  in.twist_d = twist_d_;
+  in.wants_force = arming_.wants_force();
+  in.late_periods = late_;
+  const LimitedOutput limited = limiter_.update(in);
+  full_ = limited.gain == 1.0_r;
+
+  result.command = {tick_, input.now_ns, state.sequence, record_of(limited.wrench_d),
+                    arming_.count()};
+  result.rendered = last_rendered_;
+  result.frame_wf = frame_.pose();
+  result.arming = arming_.state();
+  result.faults = arming_.latched();
+  result.limiter_flags = limited.flags;
+  result.present = present;
+  result.waits = waits(input, present);
+  record(input, result);
+  return result;
+}
+
 StepInput core_input(const DeviceState& state, const ServoParameters& parameters, const Vec3& arm_d,
                      const Wrench& sent_d) noexcept {
   const WorkspaceMap& map = parameters.map;
@@ -221,8 +262,8 @@ std::uint32_t ServoTick::check_pose(const DeviceState& state) noexcept {
   return 0;
 }
 
-/// What is wrong with the device's side of this tick; takes a new state over.
-std::uint32_t ServoTick::check_state(const ServoInput& input, bool is_new) noexcept {
+/// Faults of the device and the link in this tick, and of the parameters.
+std::uint32_t ServoTick::check_device(const ServoInput& input) const noexcept {
   const DeviceState& state = input.state;
   std::uint32_t faults = usable_ ? 0u : std::uint32_t{kFaultInternal};
   constexpr std::uint32_t kStops = kDeviceEmergencyStop | kLinkStopCalled;
@@ -230,8 +271,14 @@ std::uint32_t ServoTick::check_state(const ServoInput& input, bool is_new) noexc
                        (state.switches & parameters_.switches.emergency_stop) != 0;
   if (stopped) faults |= kFaultEmergencyStop;
   if ((state.faults & ~kStops) != 0) faults |= kFaultDevice;
+  if (state.link != LinkState::kReady && was_ready_) faults |= kFaultDeviceLost;
+  return faults;
+}
+
+/// Takes a new state over; forgets the last one where the link is not ready.
+void ServoTick::follow_state(const ServoInput& input, bool is_new) noexcept {
+  const DeviceState& state = input.state;
   if (state.link != LinkState::kReady) {
-    if (was_ready_) faults |= kFaultDeviceLost;
     has_state_ = has_pose_ = false;  // the next opening counts its own reports
     state_faults_ = 0;
     broken_ = true;
@@ -250,7 +297,6 @@ std::uint32_t ServoTick::check_state(const ServoInput& input, bool is_new) noexc
   if ((state_faults_ & kNoPose) != 0 || !usable_ || (state.faults & kDeviceNotHomed) != 0) {
     broken_ = true;
   }
-  return faults | check_time(input);
 }
 
 /// The frame of the fixed parts, of which the core knows nothing.
@@ -413,45 +459,6 @@ void ServoTick::record(const ServoInput& input, const ServoResult& result) noexc
     trace.work = n.plane_gaps + n.feature_evaluations;
   }
   recorder_->write(trace);
-}
-
-ServoResult ServoTick::step(const ServoInput& input) noexcept {
-  ServoResult result;
-  tick_ += 1;
-  const DeviceState& state = input.state;
-  follow_limits(state.limits);
-  const bool linked = state.link == LinkState::kReady;
-  const bool is_new =
-      linked && state.sequence != 0 && (!has_state_ || state.sequence != last_state_.sequence);
-  std::uint32_t present = check_state(input, is_new);
-  present |= check_frame(input);
-  const bool has_pose =
-      usable_ && (state_faults_ & kNoPose) == 0 && (state.faults & kDeviceNotHomed) == 0;
-  if (is_new && has_pose) state_faults_ |= render(input, result);
-  present |= state_faults_;
-
-  arm(input, present);
-  LimiterInput in;
-  in.stamp_ns = input.now_ns;
-  in.spring_d = exerted(pull_of(last_rendered_));
-  in.damping_d = exerted(difference(last_rendered_.wrench_w, last_rendered_.spring_w));
-  in.twist_d = twist_d_;
-  in.wants_force = arming_.wants_force();
-  in.late_periods = late_;
-  const LimitedOutput limited = limiter_.update(in);
-  full_ = limited.gain == 1.0_r;
-
-  result.command = {tick_, input.now_ns, state.sequence, record_of(limited.wrench_d),
-                    arming_.count()};
-  result.rendered = last_rendered_;
-  result.frame_wf = frame_.pose();
-  result.arming = arming_.state();
-  result.faults = arming_.latched();
-  result.limiter_flags = limited.flags;
-  result.present = present;
-  result.waits = waits(input, present);
-  record(input, result);
-  return result;
 }
 
 }  // namespace haptic

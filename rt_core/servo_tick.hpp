@@ -125,7 +125,8 @@ class ServoTick {
 
  private:
   void follow_limits(const LimitsRecord& record) noexcept;
-  [[nodiscard]] std::uint32_t check_state(const ServoInput& input, bool is_new) noexcept;
+  [[nodiscard]] std::uint32_t check_device(const ServoInput& input) const noexcept;
+  void follow_state(const ServoInput& input, bool is_new) noexcept;
   [[nodiscard]] std::uint32_t check_pose(const DeviceState& state) noexcept;
   [[nodiscard]] std::uint32_t check_time(const ServoInput& input) noexcept;
   [[nodiscard]] std::uint32_t check_frame(const ServoInput& input) noexcept;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a process and its threads ask of Linux before a servo loop: memory that stays where it is,
-/// a heap that keeps what it has, a stack that is there, no timer slack, no deep idle states, a
+/// Requests of a process and its threads to Linux before a servo loop: memory that stays where it
+/// is, a heap that keeps what it has, a stack that is there, no timer slack, no deep idle states, a
 /// real-time priority, a core. Each request is answered with 0 or an errno; none throws, and one
 /// that is refused changes nothing.
 
@@ -98,8 +98,8 @@ struct ThreadSettings {
   std::int64_t timer_slack_ns = 1;
 };
 
-/// What a process holds while its loop runs. Owner: the main thread, which starts it before any
-/// thread of the loop.
+/// Holds what was granted to a process while its loop runs. Owner: the main thread, which starts it
+/// before any thread of the loop.
 class RealtimeProcess {
  public:
   RealtimeProcess() = default;

@@ -28,7 +28,7 @@ struct UsbProfile {
   bool kernel_driver = false;  ///< a kernel driver holds the interface and must be detached
 };
 
-/// What a report turned out to be.
+/// Result of reading one report.
 enum class ReportVerdict : std::uint8_t {
   kState = 0,    ///< `state` is new
   kNothing,      ///< valid, but no new state in it
@@ -42,8 +42,12 @@ enum class ReportVerdict : std::uint8_t {
 class Driver {
  public:
   virtual ~Driver() = default;
-  [[nodiscard]] virtual const UsbProfile& profile() const noexcept = 0;
-  [[nodiscard]] virtual const DeviceCapabilities& capabilities() const noexcept = 0;
+  /// Known once the driver is constructed, and constant from then on.
+  [[nodiscard]] virtual const UsbProfile& profile() const noexcept { return profile_; }
+  /// Before `start` those that are assumed, after it those that the device states, if it can.
+  [[nodiscard]] virtual const DeviceCapabilities& capabilities() const noexcept {
+    return capabilities_;
+  }
 
   /// From power-up to flowing reports; called once per connection, with all state forgotten. May
   /// block (firmware takes seconds), always bounded, and gives up when port.cancelled().
@@ -84,6 +88,10 @@ class Driver {
     static_cast<void>(state);
     return false;
   }
+
+ protected:
+  UsbProfile profile_;
+  DeviceCapabilities capabilities_;
 };
 
 }  // namespace haptic::hal

@@ -47,6 +47,7 @@ DeviceCapabilities falcon_capabilities() noexcept {
 
 FalconDriver::FalconDriver(FalconSettings settings)
     : settings_(std::move(settings)), arm_(settings_.geometry), position_f_(middle_f()) {
+  capabilities_ = settings_.capabilities;
   profile_.name = "Novint Falcon";
   profile_.vendor_id = 0x0403;
   profile_.product_id = 0xcb48;

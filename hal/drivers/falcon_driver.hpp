@@ -37,11 +37,6 @@ class FalconDriver : public Driver {
  public:
   explicit FalconDriver(FalconSettings settings);
 
-  [[nodiscard]] const UsbProfile& profile() const noexcept override { return profile_; }
-  [[nodiscard]] const DeviceCapabilities& capabilities() const noexcept override {
-    return settings_.capabilities;
-  }
-
   /// Run mode; asks whether the firmware answers; loads it where it does not.
   /// @retval kBadFirmwareFile  it does not run, and the named file is no image.
   /// @retval kUnknownFirmwareFile  nor is its hash a known one.
@@ -71,7 +66,6 @@ class FalconDriver : public Driver {
   [[nodiscard]] ReportVerdict take(const FalconReport& report, DeviceState& state) noexcept;
 
   FalconSettings settings_;
-  UsbProfile profile_;
   FalconKinematics arm_;
   FalconStream stream_;
   Column3 position_f_;  ///< the last that fitted

@@ -48,7 +48,8 @@ DeviceCapabilities polhem_capabilities() noexcept {
 PolhemDriver::PolhemDriver(const PolhemSettings& settings) noexcept
     : settings_(settings), usable_(is_usable(settings.geometry)) {
   if (usable_) arm_ = PolhemKinematics(settings.geometry);
-  if (!settings_.has_deadman) settings_.capabilities.driven_dof = 0;
+  capabilities_ = settings.capabilities;
+  if (!settings_.has_deadman) capabilities_.driven_dof = 0;
   if (!(settings_.max_current_a >= 0.0 && settings_.max_current_a <= kMostCurrent_a)) {
     settings_.max_current_a = PolhemSettings{}.max_current_a;
   }
@@ -151,7 +152,7 @@ std::size_t PolhemDriver::write(const Wrench& wrench_d, std::uint64_t /*tick*/,
     reports_since_sent_ = 0;
   } else if (calibration_ == Calibration::kDone) {
     const Square3 jacobian = arm_.jacobian_at(angles_);
-    const Vec3 force_d = project_wrench(wrench_d, settings_.capabilities.driven_dof).force_w;
+    const Vec3 force_d = project_wrench(wrench_d, capabilities_.driven_dof).force_w;
     const Column3 wanted_a = arm_.currents_for(jacobian, force_d.cast<double>());
     if (is_finite(wanted_a)) {
       command.currents_ma = milliamperes(wanted_a, settings_.max_current_a);

@@ -39,11 +39,6 @@ class PolhemDriver : public Driver {
 
   explicit PolhemDriver(const PolhemSettings& settings = {}) noexcept;
 
-  [[nodiscard]] const UsbProfile& profile() const noexcept override { return profile_; }
-  [[nodiscard]] const DeviceCapabilities& capabilities() const noexcept override {
-    return settings_.capabilities;
-  }
-
   /// Sends zero currents until the first report comes.
   /// @retval kStartFailed  none came, or what came is no report of this device.
   /// @retval kBadCapabilities  the geometry is not usable.
@@ -67,7 +62,6 @@ class PolhemDriver : public Driver {
   void follow_calibration(const PolhemReport& report) noexcept;
 
   PolhemSettings settings_;
-  UsbProfile profile_;
   PolhemKinematics arm_;
   bool usable_ = false;
   Calibration calibration_ = Calibration::kNone;

@@ -49,9 +49,9 @@ class PolhemKinematics {
   explicit PolhemKinematics(const PolhemGeometry& geometry = {}) noexcept : geometry_(geometry) {}
 
   [[nodiscard]] PolhemAngles angles_of(const std::array<std::int16_t, 6>& counts) const noexcept;
-  /// Of the wrist centre, which is the point that is driven, in P.
+  /// Position of the wrist centre, which is the point that is driven, in P.
   [[nodiscard]] Column3 position_at(const PolhemAngles& angles) const noexcept;
-  /// Of the handle in P, unit.
+  /// Orientation of the handle in P, unit.
   [[nodiscard]] Eigen::Quaternion<double, Eigen::DontAlign> orientation_at(
       const PolhemAngles& angles) const noexcept;
   /// d position / d (A, B, C) [m/rad].

@@ -2,6 +2,7 @@
 #include "hal/drivers/reference_codec.hpp"
 
 #include <concepts>
+#include <type_traits>
 
 namespace haptic::hal {
 namespace {
@@ -25,32 +26,35 @@ class ByteWriter {
   explicit ByteWriter(std::span<std::uint8_t> bytes) noexcept : bytes_(bytes) {}
 
   template <std::unsigned_integral T>
-  void put(T value) noexcept {
+  void field(T value) noexcept {
     for (std::size_t k = 0; k < sizeof(T); ++k) {
       bytes_[at_++] = static_cast<std::uint8_t>(value >> (8 * k) & 0xff);
     }
   }
   template <std::size_t N>
-  void put(const std::array<std::int32_t, N>& values) noexcept {
-    for (const std::int32_t value : values) put(static_cast<std::uint32_t>(value));
+  void field(const std::array<std::int32_t, N>& values) noexcept {
+    for (const std::int32_t value : values) field(static_cast<std::uint32_t>(value));
   }
-  void put_zeros(std::size_t count) noexcept {
+  /// A byte of which only the lowest bit may be set.
+  void bit(bool value) noexcept { bytes_[at_++] = value ? 1 : 0; }
+  void reserved(std::size_t count) noexcept {
     for (std::size_t k = 0; k < count; ++k) bytes_[at_++] = 0;
   }
-  void put_check() noexcept { put(crc32(bytes_.first(at_))); }
+  void check_sum() noexcept { field(crc32(bytes_.first(at_))); }
 
  private:
   std::span<std::uint8_t> bytes_;
   std::size_t at_ = 0;
 };
 
+/// Its members have the names of the writer's, so that one `layout` serves both directions.
 class ByteReader {
  public:
   ByteReader(std::span<const std::uint8_t> bytes, std::size_t at) noexcept
       : bytes_(bytes), at_(at) {}
 
   template <std::unsigned_integral T>
-  void take(T& value) noexcept {
+  requires(!std::same_as<T, bool>) void field(T& value) noexcept {
     std::uint64_t sum = 0;
     for (std::size_t k = 0; k < sizeof(T); ++k) {
       sum |= std::uint64_t{bytes_[at_++]} << (8 * k);
@@ -58,37 +62,103 @@ class ByteReader {
     value = static_cast<T>(sum);
   }
   template <std::size_t N>
-  void take(std::array<std::int32_t, N>& values) noexcept {
+  void field(std::array<std::int32_t, N>& values) noexcept {
     for (std::int32_t& value : values) {
       std::uint32_t bits = 0;
-      take(bits);
+      field(bits);
       value = static_cast<std::int32_t>(bits);  // modulo 2^32: two's complement
     }
   }
-  [[nodiscard]] bool take_zeros(std::size_t count) noexcept {
-    std::uint8_t any = 0;
-    for (std::size_t k = 0; k < count; ++k) any |= bytes_[at_++];
-    return any == 0;
+  void bit(bool& value) noexcept {
+    const unsigned byte = bytes_[at_++];
+    value = byte == 1;
+    reserved_are_zero_ = reserved_are_zero_ && byte <= 1;
   }
+  void reserved(std::size_t count) noexcept {
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint8_t byte = bytes_[at_++];
+      reserved_are_zero_ = reserved_are_zero_ && byte == 0;
+    }
+  }
+  /// No reserved byte or bit so far was set.
+  [[nodiscard]] bool reserved_are_zero() const noexcept { return reserved_are_zero_; }
 
  private:
   std::span<const std::uint8_t> bytes_;
   std::size_t at_;
+  bool reserved_are_zero_ = true;
 };
 
-/// What all three kinds share: length, magic, version, check sum.
+/// Bytes before those of `layout`: magic and version.
+constexpr std::size_t kHeadBytes = 3;
+
+// The bytes of each kind between its head and its check sum, in their order: written by a
+// ByteWriter from a const record, read by a ByteReader into one that is not.
+template <typename Record, typename Kind>
+concept RecordOf = std::same_as<std::remove_const_t<Record>, Kind>;
+
+template <typename Bytes, RecordOf<ReferenceReport> Report>
+void layout(Bytes& bytes, Report& r) noexcept {
+  bytes.field(r.status);
+  bytes.field(r.sequence);
+  bytes.field(r.time_us);
+  bytes.field(r.position);
+  bytes.field(r.orientation);
+  bytes.field(r.velocity);
+  bytes.field(r.angular_velocity);
+  bytes.field(r.switches);
+  bytes.field(r.faults);
+  bytes.field(r.accepted_tick);
+  bytes.field(r.rejected);
+  bytes.field(r.accepted_sequence);
+  bytes.reserved(4);
+}
+
+template <typename Bytes, RecordOf<ReferenceCommand> Command>
+void layout(Bytes& bytes, Command& c) noexcept {
+  bytes.bit(c.drives_on);
+  bytes.field(c.sequence);
+  bytes.field(c.tick);
+  bytes.field(c.force);
+  bytes.field(c.torque);
+  bytes.reserved(16);
+}
+
+template <typename Bytes, RecordOf<ReferenceBlock> Block>
+void layout(Bytes& bytes, Block& b) noexcept {
+  bytes.bit(b.twist_sensed);
+  bytes.field(b.sensed_dof);
+  bytes.field(b.driven_dof);
+  bytes.field(b.report_period_us);
+  bytes.field(b.watchdog_ms);
+  bytes.reserved(2);
+  bytes.field(b.max_force);
+  bytes.field(b.max_torque);
+  bytes.field(b.max_force_rate_mn_per_s);
+  bytes.field(b.max_torque_rate_mnm_per_s);
+  bytes.field(b.max_stiffness_mn_per_m);
+  bytes.field(b.max_damping_mns_per_m);
+  bytes.field(b.mass_mg);
+  bytes.field(b.damping_uns_per_m);
+  bytes.field(b.friction);
+  bytes.field(b.encoder_step_nm);
+  bytes.field(b.encoder_step_nrad);
+  bytes.field(b.workspace_radius_um);
+}
+
+/// The checks that all three kinds share: length, magic, version, check sum.
 CodecVerdict check_frame(std::span<const std::uint8_t> bytes, std::size_t length,
                          std::uint16_t magic) noexcept {
   if (bytes.size() != length) return CodecVerdict::kBadLength;
   ByteReader head(bytes, 0);
   std::uint16_t found = 0;
   std::uint8_t version = 0;
-  head.take(found);
-  head.take(version);
+  head.field(found);
+  head.field(version);
   if (found != magic) return CodecVerdict::kBadMagic;
   if (version != kReferenceVersion) return CodecVerdict::kBadVersion;
   std::uint32_t check = 0;
-  ByteReader(bytes, length - 4).take(check);
+  ByteReader(bytes, length - 4).field(check);
   return check == crc32(bytes.first(length - 4)) ? CodecVerdict::kOk : CodecVerdict::kBadCheck;
 }
 
@@ -103,6 +173,27 @@ bool is_unit(const std::array<std::int32_t, 4>& q) noexcept {
   return square >= (1 - kSlack) * (1 - kSlack) && square <= (1 + kSlack) * (1 + kSlack);
 }
 
+template <typename Record>
+void write_record(const Record& record, std::uint16_t magic,
+                  std::span<std::uint8_t> bytes) noexcept {
+  ByteWriter out(bytes);
+  out.field(magic);
+  out.field(kReferenceVersion);
+  layout(out, record);
+  out.check_sum();
+}
+
+/// `record` is changed even where the verdict is not kOk.
+template <typename Record>
+CodecVerdict read_record(std::span<const std::uint8_t> bytes, std::size_t length,
+                         std::uint16_t magic, Record& record) noexcept {
+  const CodecVerdict frame = check_frame(bytes, length, magic);
+  if (frame != CodecVerdict::kOk) return frame;
+  ByteReader in(bytes, kHeadBytes);
+  layout(in, record);
+  return in.reserved_are_zero() ? CodecVerdict::kOk : CodecVerdict::kBadReserved;
+}
+
 }  // namespace
 
 std::uint32_t crc32(std::span<const std::uint8_t> bytes) noexcept {
@@ -115,44 +206,15 @@ std::uint32_t crc32(std::span<const std::uint8_t> bytes) noexcept {
 
 void encode(const ReferenceReport& report,
             std::span<std::uint8_t, kReferenceReportBytes> bytes) noexcept {
-  ByteWriter out(bytes);
-  out.put(kReferenceReportMagic);
-  out.put(kReferenceVersion);
-  out.put(report.status);
-  out.put(report.sequence);
-  out.put(report.time_us);
-  out.put(report.position);
-  out.put(report.orientation);
-  out.put(report.velocity);
-  out.put(report.angular_velocity);
-  out.put(report.switches);
-  out.put(report.faults);
-  out.put(report.accepted_tick);
-  out.put(report.rejected);
-  out.put(report.accepted_sequence);
-  out.put_zeros(4);
-  out.put_check();
+  write_record(report, kReferenceReportMagic, bytes);
 }
 
 CodecVerdict decode(std::span<const std::uint8_t> bytes, ReferenceReport& report) noexcept {
-  const CodecVerdict frame = check_frame(bytes, kReferenceReportBytes, kReferenceReportMagic);
-  if (frame != CodecVerdict::kOk) return frame;
   ReferenceReport read;
-  ByteReader in(bytes, 3);
-  in.take(read.status);
-  in.take(read.sequence);
-  in.take(read.time_us);
-  in.take(read.position);
-  in.take(read.orientation);
-  in.take(read.velocity);
-  in.take(read.angular_velocity);
-  in.take(read.switches);
-  in.take(read.faults);
-  in.take(read.accepted_tick);
-  in.take(read.rejected);
-  in.take(read.accepted_sequence);
-  const bool zeros = in.take_zeros(4);
-  if (!zeros || (read.status & ~unsigned{kReferenceStatusBits}) != 0 ||
+  const CodecVerdict verdict =
+      read_record(bytes, kReferenceReportBytes, kReferenceReportMagic, read);
+  if (verdict != CodecVerdict::kOk) return verdict;
+  if ((read.status & ~unsigned{kReferenceStatusBits}) != 0 ||
       (read.faults & ~kReferenceFaultBits) != 0) {
     return CodecVerdict::kBadReserved;
   }
@@ -163,80 +225,27 @@ CodecVerdict decode(std::span<const std::uint8_t> bytes, ReferenceReport& report
 
 void encode(const ReferenceCommand& command,
             std::span<std::uint8_t, kReferenceCommandBytes> bytes) noexcept {
-  ByteWriter out(bytes);
-  out.put(kReferenceCommandMagic);
-  out.put(kReferenceVersion);
-  out.put(static_cast<std::uint8_t>(command.drives_on ? 1 : 0));
-  out.put(command.sequence);
-  out.put(command.tick);
-  out.put(command.force);
-  out.put(command.torque);
-  out.put_zeros(16);
-  out.put_check();
+  write_record(command, kReferenceCommandMagic, bytes);
 }
 
 CodecVerdict decode(std::span<const std::uint8_t> bytes, ReferenceCommand& command) noexcept {
-  const CodecVerdict frame = check_frame(bytes, kReferenceCommandBytes, kReferenceCommandMagic);
-  if (frame != CodecVerdict::kOk) return frame;
   ReferenceCommand read;
-  std::uint8_t bits = 0;
-  ByteReader in(bytes, 3);
-  in.take(bits);
-  in.take(read.sequence);
-  in.take(read.tick);
-  in.take(read.force);
-  in.take(read.torque);
-  const bool zeros = in.take_zeros(16);
-  if (!zeros || bits > 1) return CodecVerdict::kBadReserved;
-  read.drives_on = bits == 1;
-  command = read;
-  return CodecVerdict::kOk;
+  const CodecVerdict verdict =
+      read_record(bytes, kReferenceCommandBytes, kReferenceCommandMagic, read);
+  if (verdict == CodecVerdict::kOk) command = read;
+  return verdict;
 }
 
 void encode(const ReferenceBlock& block,
             std::span<std::uint8_t, kReferenceBlockBytes> bytes) noexcept {
-  ByteWriter out(bytes);
-  out.put(kReferenceBlockMagic);
-  out.put(kReferenceVersion);
-  out.put(static_cast<std::uint8_t>(block.twist_sensed ? 1 : 0));
-  out.put(block.sensed_dof);
-  out.put(block.driven_dof);
-  out.put(block.report_period_us);
-  out.put(block.watchdog_ms);
-  out.put_zeros(2);
-  for (const std::uint32_t value :
-       {block.max_force, block.max_torque, block.max_force_rate_mn_per_s,
-        block.max_torque_rate_mnm_per_s, block.max_stiffness_mn_per_m, block.max_damping_mns_per_m,
-        block.mass_mg, block.damping_uns_per_m, block.friction, block.encoder_step_nm,
-        block.encoder_step_nrad, block.workspace_radius_um}) {
-    out.put(value);
-  }
-  out.put_check();
+  write_record(block, kReferenceBlockMagic, bytes);
 }
 
 CodecVerdict decode(std::span<const std::uint8_t> bytes, ReferenceBlock& block) noexcept {
-  const CodecVerdict frame = check_frame(bytes, kReferenceBlockBytes, kReferenceBlockMagic);
-  if (frame != CodecVerdict::kOk) return frame;
   ReferenceBlock read;
-  std::uint8_t bits = 0;
-  ByteReader in(bytes, 3);
-  in.take(bits);
-  in.take(read.sensed_dof);
-  in.take(read.driven_dof);
-  in.take(read.report_period_us);
-  in.take(read.watchdog_ms);
-  const bool zeros = in.take_zeros(2);
-  for (std::uint32_t* const value :
-       {&read.max_force, &read.max_torque, &read.max_force_rate_mn_per_s,
-        &read.max_torque_rate_mnm_per_s, &read.max_stiffness_mn_per_m, &read.max_damping_mns_per_m,
-        &read.mass_mg, &read.damping_uns_per_m, &read.friction, &read.encoder_step_nm,
-        &read.encoder_step_nrad, &read.workspace_radius_um}) {
-    in.take(*value);
-  }
-  if (!zeros || bits > 1 || ((read.sensed_dof | read.driven_dof) & ~0x3f) != 0) {
-    return CodecVerdict::kBadReserved;
-  }
-  read.twist_sensed = bits == 1;
+  const CodecVerdict verdict = read_record(bytes, kReferenceBlockBytes, kReferenceBlockMagic, read);
+  if (verdict != CodecVerdict::kOk) return verdict;
+  if (((read.sensed_dof | read.driven_dof) & ~0x3f) != 0) return CodecVerdict::kBadReserved;
   block = read;
   return CodecVerdict::kOk;
 }

@@ -99,8 +99,8 @@ bool is_plausible(const DeviceCapabilities& c) noexcept {
          c.encoder_step_rad < 0.1_r;
 }
 
-ReferenceDriver::ReferenceDriver(const ReferenceSettings& settings) noexcept
-    : settings_(settings), capabilities_(settings.capabilities) {
+ReferenceDriver::ReferenceDriver(const ReferenceSettings& settings) noexcept : settings_(settings) {
+  capabilities_ = settings.capabilities;
   profile_.name = "reference 6-DOF device";
   profile_.vendor_id = settings.vendor_id;
   profile_.product_id = settings.product_id;

@@ -8,7 +8,8 @@
 
 namespace haptic::hal {
 
-/// What the device of PROTOCOL.md has where nothing else is known: 12 N, 0.3 N m, 1 kHz, 20 ms.
+/// Capabilities of the device of PROTOCOL.md where nothing else is known: 12 N, 0.3 N m, 1 kHz, 20
+/// ms.
 [[nodiscard]] DeviceCapabilities reference_capabilities() noexcept;
 
 /// A capability block in SI units. Frames are not in it: q_wd and handle_offset_h are identity and
@@ -48,11 +49,6 @@ class ReferenceDriver final : public Driver {
  public:
   explicit ReferenceDriver(const ReferenceSettings& settings = {}) noexcept;
 
-  [[nodiscard]] const UsbProfile& profile() const noexcept override { return profile_; }
-  [[nodiscard]] const DeviceCapabilities& capabilities() const noexcept override {
-    return capabilities_;
-  }
-
   /// Reads the capability block, three times at most, 100 ms each.
   /// @retval kStartFailed      it has none, a damaged or an implausible one; or cancelled
   /// @retval kBadCapabilities  those of the settings are implausible
@@ -86,8 +82,6 @@ class ReferenceDriver final : public Driver {
   void forget() noexcept;
 
   ReferenceSettings settings_;
-  UsbProfile profile_;
-  DeviceCapabilities capabilities_;
 
   bool reported_ = false;            ///< there was a report since start
   std::uint32_t last_sequence_ = 0;  ///< of reports

@@ -17,7 +17,7 @@ using Sha256Digest = std::array<std::uint8_t, 32>;
 class Sha256 {
  public:
   void add(std::span<const std::uint8_t> bytes) noexcept;
-  /// Of all that was added; nothing may be added after it.
+  /// Hash of all that was added; nothing may be added after it.
   [[nodiscard]] Sha256Digest finish() noexcept;
 
  private:

@@ -67,7 +67,7 @@ enum class SpaceMouseReport : std::uint8_t {
   kBadLength  ///< nothing is new
 };
 
-/// What the device said last of each kind, in its own units and axes.
+/// The last values of each kind that the device reported, in its own units and axes.
 struct SpaceMouseInput {
   std::array<std::int16_t, 6> axes{};
   std::uint32_t buttons = 0;  ///< the first 32

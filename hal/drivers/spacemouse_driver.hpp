@@ -34,11 +34,6 @@ class SpaceMouseDriver : public Driver {
  public:
   explicit SpaceMouseDriver(const SpaceMouseSettings& settings = {}) noexcept;
 
-  [[nodiscard]] const UsbProfile& profile() const noexcept override { return profile_; }
-  [[nodiscard]] const DeviceCapabilities& capabilities() const noexcept override {
-    return capabilities_;
-  }
-
   /// Fetches the report descriptor for the axes' ranges and switches the light; a device that
   /// refuses either still works, with kSpaceMouseFullScale.
   /// @retval kDeviceUnfit  an identity that is refused, or neither of the table nor of the maker.
@@ -69,8 +64,6 @@ class SpaceMouseDriver : public Driver {
   void take_descriptor(std::span<const std::uint8_t> descriptor) noexcept;
 
   SpaceMouseSettings settings_;
-  DeviceCapabilities capabilities_;
-  UsbProfile profile_;
   SpaceMouseAxes axes_;
   bool fit_ = false;
   bool may_be_joined_ = true;

@@ -13,7 +13,7 @@ constexpr std::int64_t kLongestRest_ns = 300'000'000, kRestWait_ns = 10'000'000;
 
 }  // namespace
 
-/// What a driver starts its device through.
+/// The port through which a driver starts its device.
 class LocalLink::Port final : public UsbPort {
  public:
   explicit Port(LocalLink& link) noexcept : link_(link) {}

@@ -39,7 +39,8 @@ class SocketPeer final : public LocalPeer {
   [[nodiscard]] const char* name() const noexcept override { return name_.c_str(); }
 
  private:
-  /// Of the kind wanted; others are dropped. 0: none within the time.
+  /// Receives the next message of the kind wanted and drops all others; its length, 0: none within
+  /// the time.
   [[nodiscard]] std::size_t receive(SocketMessage wanted, std::span<std::uint8_t> bytes,
                                     std::int64_t until_ns) noexcept;
   [[nodiscard]] bool say(SocketMessage kind, std::span<const std::uint8_t> bytes) noexcept;

@@ -22,10 +22,11 @@ namespace {
 
 // The processes are looked at this often; where no descriptor tells of an end, more often.
 constexpr int kLook_ms = 20, kBlindLook_ms = 2;
-// What one look may add to a silence: this process itself may have been held up.
+// Most time that one look adds to a silence: this process itself may have been held up.
 constexpr std::int64_t kMostSilence_ns = 2 * std::int64_t{kLook_ms} * 1'000'000;
 constexpr int kMostExitCode = 4;
-// Of SCHED_FIFO without a sleep [us]: far beyond a tick, short enough to leave the core to others.
+// Longest time under SCHED_FIFO without a sleep [us]: far beyond a tick, short enough to leave the
+// core to others.
 constexpr rlim_t kLongestSpin_us = 100'000, kLongestSpinOfHolder_us = 400'000;
 
 constexpr std::size_t rounded_up(std::size_t bytes) { return (bytes + 63) / 64 * 64; }

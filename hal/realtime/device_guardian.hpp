@@ -53,9 +53,9 @@ struct GuardianSettings {
   WatcherBody watcher;
 };
 
-/// What a servo process works with, all in shared memory and its own alone: what a killed one has
-/// left half done is not used again, and it does not see what is its spare's. What the guardian
-/// writes is read-only here.
+/// The memory of one servo process, all of it shared and none of it its spare's: what a killed
+/// process has left half done is not used again. The parts that the guardian writes are read-only
+/// in the servo process.
 struct ServoSeat {
   unsigned number = 0;  ///< 0: the first; spares from 1 on
   const DeviceMailbox& mailbox;
@@ -101,7 +101,7 @@ class DeviceGuardian {
   /// @return 0, or an errno (EAGAIN, ENOMEM of fork; ENOMEM of shared memory; EBUSY: started).
   int start(const ServoBody& body);
 
-  /// Of the process at work. Started.
+  /// Mailbox of the process at work. Started.
   [[nodiscard]] const DeviceMailbox& mailbox() const noexcept { return seats_[at_work_]->mailbox; }
   [[nodiscard]] int pid() const noexcept;
   [[nodiscard]] unsigned number() const noexcept { return at_work_; }
@@ -148,7 +148,7 @@ class DeviceGuardian {
  private:
   struct Orders;
   struct Reports;
-  /// Of one process. Two mappings, each written by one side.
+  /// Memory of one process. Two mappings, each written by one side.
   struct Seat {
     Seat(std::size_t up_bytes, std::size_t down_bytes) : up(up_bytes), down(down_bytes) {}
     SharedMemory up, down;  ///< from the servo; from the guardian
@@ -178,7 +178,7 @@ class DeviceGuardian {
   DeviceLink* link_ = nullptr;
   std::unique_ptr<UsbThread> thread_;
   StopSignals signals_;
-  // Of the process at work: what it has last been seen to do.
+  // Observations of the process at work: its last tick, and how long it has been silent.
   std::unique_ptr<NewestReader<DeviceCommand>> ticks_;
   std::uint64_t tick_ = 0;
   std::int64_t looked_ns_ = 0, silence_ns_ = 0;

@@ -34,8 +34,8 @@ struct DoctorLine {
   std::string fix;
 };
 
-/// What the loop will be. Core 0 of `cpus` is the servo thread's, the next the USB thread's; empty:
-/// they are not tied, one: they share it.
+/// The loop that is planned. Core 0 of `cpus` is the servo thread's, the next the USB thread's;
+/// empty: they are not tied, one: they share it.
 struct DoctorQuestions {
   std::uint16_t vendor_id = 0, product_id = 0;  ///< 0: no device named
   std::string serial;                           ///< empty: any
@@ -58,7 +58,7 @@ struct DoctorQuestions {
                                               const DoctorQuestions& questions,
                                               WakeupMeasurement* measurement = nullptr);
 
-/// Whether motors may be enabled: no failure and, in `strict`, no warning that refuses.
+/// True if motors may be enabled: no failure and, in `strict`, no warning that refuses.
 [[nodiscard]] bool is_fit(const std::vector<DoctorLine>& lines, bool strict) noexcept;
 
 }  // namespace haptic::hal

@@ -9,7 +9,7 @@
 
 namespace haptic::hal {
 
-/// What a check may look at.
+/// Input of every check.
 struct Examination {
   const SystemTree& tree;
   SystemProbes& probes;
@@ -34,7 +34,7 @@ struct Examination {
 
 /// Kept free at boot (isolcpus=).
 [[nodiscard]] std::vector<int> isolated_cpus(const SystemTree& tree);
-/// What nobody else should use: the cores asked for, else the isolated ones.
+/// Cores that nobody else should use: those asked for, else the isolated ones.
 [[nodiscard]] std::vector<int> loop_cpus(const Examination& e);
 [[nodiscard]] std::vector<int> without(const std::vector<int>& all, const std::vector<int>& some);
 

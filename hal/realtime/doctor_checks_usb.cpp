@@ -88,7 +88,7 @@ std::vector<InterruptThread> interrupt_threads(const SystemTree& tree) {
   return found;
 }
 
-// Whether one of our threads of a higher priority may sit on a core that the interrupt uses.
+// True if one of our threads of a higher priority may run on a core that the interrupt uses.
 bool may_be_held_up(const Examination& e, const InterruptThread& thread,
                     const std::vector<UsbInterrupt>& interrupts) {
   const DoctorQuestions& q = e.questions;

@@ -31,8 +31,8 @@ class IntervalHistogram {
   /// Intervals shorter than kExactNs << `doublings`, at most kDoublings.
   [[nodiscard]] std::uint64_t shorter_than(unsigned doublings) const noexcept;
 
-  /// What at least the share `q` (0 to 1) of the intervals kept: the largest value of its bin, not
-  /// above the largest of all; the largest where it lies beyond the bins; 0 where empty.
+  /// Interval that the share `q` (0 to 1) of all intervals did not exceed: the largest value of its
+  /// bin, not above the largest of all; the largest where it lies beyond the bins; 0 where empty.
   [[nodiscard]] std::int64_t quantile_ns(double q) const noexcept;
 
  private:

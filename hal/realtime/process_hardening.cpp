@@ -118,7 +118,8 @@ int enter_filter() noexcept {
 
 bool is_decimal(char c) noexcept { return c >= '0' && c <= '9'; }
 
-// What /proc/self/fd lists between the two; false: it is not to be had. No heap, hence no opendir.
+// Closes the descriptors between the two that /proc/self/fd lists; false: that folder cannot be
+// read. No heap, hence no opendir.
 bool close_listed(unsigned first, unsigned last) noexcept {
   const int folder = open("/proc/self/fd", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return false;

@@ -31,7 +31,7 @@ struct KeptRights {
   bool files_of_others = false;
 };
 
-/// What of `KeptRights` could not be had as a resource limit and stays as a capability.
+/// Rights of `KeptRights` that could not be kept as a resource limit and stay as a capability.
 struct KeptCapabilities {
   int error = 0;         ///< errno; then not all was given up
   bool nice = false;     ///< CAP_SYS_NICE, since RLIMIT_RTPRIO could not be raised

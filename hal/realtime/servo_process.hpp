@@ -41,11 +41,11 @@ class ServoProcess {
   /// Readable once the child has ended; -1: the kernel has no such thing (before Linux 5.3).
   [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
 
-  /// Whether the child has ended, and how; waits at most `timeout_ms` (0: only looks), less where a
-  /// signal comes.
+  /// Says whether the child has ended, and how; waits at most `timeout_ms` (0: only looks), less if
+  /// a signal comes.
   [[nodiscard]] ProcessEnd poll(int timeout_ms) noexcept;
 
-  /// Whether it stands still by SIGSTOP or a debugger.
+  /// True while it is stopped by SIGSTOP or a debugger.
   [[nodiscard]] bool is_stopped() const noexcept;
 
   /// Its end, which is made where it does not come within `timeout_ms`: killed, also when frozen.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a signal means to the programs of a held device. Everything that can be caught and would
-/// end the holder leads to the ramp; a fatal one, after which nothing can be relied upon, makes one
-/// zero command on its way; the servo processes listen to the holder alone.
+/// Reaction of the programs of a held device to signals. Every signal that can be caught and would
+/// end the holder starts the ramp; a fatal one, after which nothing can be relied upon, sends one
+/// zero command; the servo processes listen to the holder alone.
 
 #include <csignal>
 #include <string>

@@ -25,13 +25,13 @@ class SystemProbes {
   [[nodiscard]] virtual int try_cpu(int cpu) = 0;
   [[nodiscard]] virtual int try_memory_lock() = 0;
   [[nodiscard]] virtual int try_idle_hold() = 0;
-  /// Whether this user may read and write a device node.
+  /// Tries to open a device node for reading and writing as this user; 0 or an errno.
   [[nodiscard]] virtual int try_node(const std::string& path) = 0;
   [[nodiscard]] virtual UsbLibrary try_usb_library() = 0;
   virtual void measure(const WakeupQuestion& question, WakeupMeasurement& measurement) = 0;
-  /// Whether a program of this name can be found.
+  /// True if a program of this name can be found.
   [[nodiscard]] virtual bool has_program(const std::string& name) = 0;
-  /// What a program says, standard error included; it ends by itself.
+  /// Output of a program, standard error included; it ends by itself.
   [[nodiscard]] virtual std::string run_program(const std::vector<std::string>& command) = 0;
 };
 

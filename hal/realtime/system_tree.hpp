@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What Linux states about itself in files: /sys and /proc below a root, which is "/" or, in tests,
-/// a folder that stands for another machine.
+/// Statements of Linux about itself in files: /sys and /proc below a root, which is "/" or, in
+/// tests, a folder that stands for another machine.
 
 #include <cstdint>
 #include <filesystem>
@@ -31,11 +31,11 @@ class SystemTree {
   std::filesystem::path root_;
 };
 
-/// What follows `key` on the first line that begins with it, without blanks around; empty where no
-/// line does.
+/// Text that follows `key` on the first line that begins with it, without blanks around; empty if
+/// no line does.
 [[nodiscard]] std::string value_after(const std::string& text, std::string_view key);
 
-/// Whether `word` is one of the blank-separated words of `text`.
+/// True if `word` is one of the blank-separated words of `text`.
 [[nodiscard]] bool has_word(std::string_view text, std::string_view word);
 
 /// "0-1,3" as the kernel writes lists of processors: {0, 1, 3}. Empty for what is no such list.

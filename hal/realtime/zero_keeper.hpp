@@ -40,12 +40,13 @@ class ZeroKeeper final : public ZeroHolder {
   void hold(const ZeroCommand& command) noexcept override;
   void release() noexcept override;
   [[nodiscard]] std::uint32_t sent() const noexcept override;
-  /// What the guardian's thread counts up while it lives; null: not started.
+  /// Counter that the guardian's thread raises while it lives; null: not started.
   [[nodiscard]] std::atomic<std::uint32_t>* turns() noexcept;
 
   [[nodiscard]] int pid() const noexcept { return process_.pid(); }
   [[nodiscard]] int descriptor() const noexcept { return process_.descriptor(); }
-  /// Whether it has ended, though nobody asked; a frozen one is killed and has ended then.
+  /// Says whether it has ended although nobody asked; a stopped keeper is killed and counts as
+  /// ended.
   [[nodiscard]] ProcessEnd look() noexcept;
 
  private:

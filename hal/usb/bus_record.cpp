@@ -183,7 +183,7 @@ std::uint64_t content_of(const DeviceState& state) noexcept {
   return hash;
 }
 
-/// Whether a payload has the size that its kind has.
+/// True if the payload has the size of its kind.
 bool fits(const BusRecord& record) noexcept {
   const std::size_t size = record.payload.size();
   if (record.kind == static_cast<std::uint8_t>(LinkEventKind::kClock))

@@ -16,7 +16,7 @@
 
 namespace haptic::hal {
 
-/// What a session depends on, apart from its tape.
+/// The inputs of a session apart from its tape.
 struct BusSession {
   std::uint64_t scene_hash = 0;  ///< content hash of the scene
   std::string driver;            ///< UsbProfile::name, at most kMostDriverName bytes
@@ -24,7 +24,7 @@ struct BusSession {
   std::int64_t period_ns = 1'000'000;
   bool report_clocked = false;
   ServoParameters servo;
-  /// Of these the limits, numbers and times; address and clock are not recorded.
+  /// Limits, numbers and times are recorded; address and clock are not.
   LinkSettings link;
 };
 inline constexpr std::size_t kMostDriverName = 128;
@@ -115,7 +115,7 @@ class BusRecordReader {
   RecordDefect defect_;
 };
 
-// Of records that BusRecordReader has given, whose payloads it has checked.
+// For records that BusRecordReader has given, whose payloads it has checked.
 [[nodiscard]] LinkEvent event_of(const BusRecord& record) noexcept;  ///< not kClock
 [[nodiscard]] std::size_t clock_count(const BusRecord& record) noexcept;
 [[nodiscard]] std::int64_t clock_of(const BusRecord& record, std::size_t index) noexcept;

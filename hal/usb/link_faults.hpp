@@ -27,14 +27,14 @@ class LinkFaults {
 
   /// Reports begin: nothing is wrong with them yet. kLinkLost has no cause any more.
   void begin(std::int64_t now_ns) noexcept;
-  /// What the device of this connection states; not above 0: not known. Silent is who misses
-  /// kMissedReports of them, and the limit is over.
+  /// Sets the report period that the device of this connection states; not above 0: not known. A
+  /// device is silent once kMissedReports of them are missing and the limit is over.
   void expect_reports_every(std::int64_t report_period_ns) noexcept;
   /// A report came, good or bad.
   void note(ReportVerdict verdict, std::int64_t now_ns) noexcept;
   /// A silent device has said something by it.
   void heard(std::int64_t now_ns) noexcept { heard_ns_ = now_ns; }
-  /// Whether the device has been silent for too long.
+  /// Raises the fault once the device has been silent for too long.
   void check_silence(std::int64_t now_ns) noexcept;
 
   /// The causes of `bits` are there now, or not.

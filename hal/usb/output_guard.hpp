@@ -27,22 +27,22 @@ class OutputGuard {
  public:
   explicit OutputGuard(const SafetyLimits& limits) noexcept;
 
-  /// What to send now. `command` is the newest there is; its age is now_ns - command.stamp_ns. Not
-  /// finite: it did not come, the age is that of the last one that was. Beyond the limits or faster
-  /// than the slew limit: cut to them. One period of age passes; older than the limits'
-  /// held_periods beyond it, or stamped farther in the future than that: held and decaying; older
-  /// than lost_periods: ramp to zero, kLinkStaleCommand latched until command.arming grows. A tick
-  /// number that goes back is another servo process: kLinkServoLost. The result differs from the
-  /// last one by at most slew times the time since, of which longest_step_s counts. Cost:
-  /// constant.
+  /// The command to send now. `command` is the newest there is; its age is now_ns -
+  /// command.stamp_ns. Not finite: it counts as not received, and the age is that of the last one
+  /// that was. Beyond the limits or faster than the slew limit: cut to them. One period of age is
+  /// allowed; older than the limits' held_periods beyond it, or stamped farther in the future than
+  /// that: held and decaying; older than lost_periods: ramp to zero, kLinkStaleCommand latched
+  /// until command.arming grows. A tick number that goes back means another servo process:
+  /// kLinkServoLost. The result differs from the last one by at most slew times the time since, of
+  /// which longest_step_s counts. Cost: constant.
   [[nodiscard]] GuardedOutput update(std::int64_t now_ns, const DeviceCommand& command) noexcept;
 
   /// How often the device reports, and so is sent to; 0: not known. The shorter of this and the
   /// loop's period is the one of longest_step_s.
   void follow_reports(std::int64_t period_ns) noexcept { report_period_ns_ = period_ns; }
 
-  /// What the driver made of the last output, where that is not the same: rounded, or withheld. The
-  /// next one starts from it, so that what was withheld does not come back in one step.
+  /// Reports that the driver rounded or withheld part of the last output. The next output starts
+  /// from what was delivered, so that the withheld part does not come back in one step.
   void delivered(const Wrench& delivered_d) noexcept {
     if (is_finite(delivered_d)) output_.sent_d = delivered_d;
   }
@@ -70,7 +70,7 @@ class OutputGuard {
   [[nodiscard]] const Wrench& last() const noexcept { return output_.sent_d; }
 
  private:
-  /// What an output changes, and not_delivered() takes back.
+  /// Members that an output changes and not_delivered() restores.
   struct Output {
     WrenchRamp ramp;
     Wrench sent_d;

@@ -65,7 +65,7 @@ std::int64_t ReportFlow::clock_ns() const noexcept {
   return settings_.clock != nullptr ? settings_.clock(settings_.clock_context) : monotonic_ns();
 }
 
-// What the servo process of before has left half done is not looked at again.
+// Half-written values of the previous servo process are not read again.
 DeviceSide& ReportFlow::mailbox() noexcept {
   if (next_mailbox_.load(std::memory_order_relaxed) != nullptr) {
     // Acquire: the other half of use_mailbox.
@@ -325,7 +325,7 @@ void ReportFlow::follow_switches() noexcept {
   state_.switches = (state_.switches & ~kInputSwitch) | pressed;
 }
 
-// What a silent device says by its silence, once a period.
+// Fills in the state of a device whose silence means rest, once a period.
 void ReportFlow::fill_silence(std::int64_t now_ns) noexcept {
   if (now_ns - state_.stamp_ns < period_ns_ || !driver_.rest(now_ns, state_)) return;
   faults_.heard(now_ns);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What happens to a report and to a command between driver and mailbox, regardless of the bus:
-/// checks, stamps, faults, the output guard, and when to send.
+/// The way of a report and of a command between driver and mailbox, regardless of the bus: checks,
+/// stamps, faults, the output guard, and when to send.
 
 #include <atomic>
 #include <cstdint>
@@ -52,9 +52,9 @@ class ReportFlow final : public TransferSink {
   void use_mailbox(const DeviceMailbox& mailbox) noexcept {
     next_mailbox_.store(&mailbox, std::memory_order_release);
   }
-  /// What the device of the last connection stated.
+  /// Capabilities that the device of the last connection stated.
   [[nodiscard]] const DeviceCapabilities& stated() const noexcept { return stated_; }
-  /// Whether the one before stated something else.
+  /// True if the device of the connection before stated others.
   [[nodiscard]] bool is_other_device() const noexcept { return other_device_; }
   [[nodiscard]] LinkState state() const noexcept { return link_.load(std::memory_order_acquire); }
   [[nodiscard]] LinkCounters& counters() noexcept { return counters_; }

@@ -11,7 +11,7 @@
 
 namespace haptic::hal {
 
-/// What ends on the carrier. Called while it is served, on the link's thread.
+/// Receives what ends on the carrier. Called while the carrier is served, on the link's thread.
 class TransferSink {
  public:
   virtual ~TransferSink() = default;

@@ -245,7 +245,7 @@ int UsbConnection::request(const ControlRequest& request, std::span<std::uint8_t
       (void)libusb_handle_events_timeout_completed(context_.get(), &slice, &ended);
     }
     const bool over = ended == 0;
-    // What the kernel may still write to must not go: a cancelled transfer ends at once.
+    // Memory that the kernel may still write to must stay: a cancelled transfer ends at once.
     if (over) (void)libusb_cancel_transfer(transfer);
     while (ended == 0) {
       timeval slice{0, static_cast<suseconds_t>(kSlice_ms * 1000)};

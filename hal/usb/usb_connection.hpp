@@ -51,8 +51,8 @@ class UsbConnection final : public UsbPort {
   void close() noexcept;
 
   [[nodiscard]] libusb_device_handle* handle() const noexcept { return handle_; }
-  /// Of the open device: the one that was wrapped, or the one that libusb has opened; negative: not
-  /// known.
+  /// File descriptor of the open device: the one that was wrapped, or the one that libusb has
+  /// opened; negative: not known.
   [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
   [[nodiscard]] const UsbEndpoint& in() const noexcept { return in_; }
   [[nodiscard]] const UsbEndpoint& out() const noexcept { return out_; }

@@ -31,7 +31,7 @@ class UsbContext {
 
   /// From now on, `arrived` tells of devices of this identity plugged in, where libusb can.
   void watch_arrivals(std::uint16_t vendor_id, std::uint16_t product_id) noexcept;
-  /// Whether one came since the last call.
+  /// True if a device arrived since the last call.
   [[nodiscard]] bool arrived() noexcept;
 
   /// Waits at most `timeout_ns` for the bus or `wake`, then runs the callbacks of what has ended.

@@ -16,8 +16,8 @@
 namespace haptic::hal {
 namespace {
 
-// Of an orderly end, by the machine's clock: the ramp to zero, and the callbacks of what is
-// cancelled. A ramp from full force ends within half a device's watchdog.
+// Longest phases of an orderly end, by the machine's clock: the ramp to zero, and the callbacks of
+// cancelled transfers. A ramp from full force ends within half a device's watchdog.
 constexpr std::int64_t kLongestRest_ns = 300'000'000, kLongestDrain_ns = 500'000'000;
 constexpr std::int64_t kDrainWait_ns = 10'000'000;
 

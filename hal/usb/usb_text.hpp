@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What libusb's codes mean for us, and what a person can do about them.
+/// The meaning of libusb's codes, and what a person can do about them.
 
 #include <cstdint>
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace haptic::hal {
 
-/// What was tried when libusb refused.
+/// The action during which libusb refused.
 enum class UsbAction : std::uint8_t {
   kInitialise = 0,
   kFind,

@@ -26,8 +26,8 @@ struct UsbThreadSettings {
   std::atomic<std::uint32_t>* turns = nullptr;  ///< grows with each poll; null: not counted
 };
 
-/// What the operating system grants while reports flow, tried at the start; errno of what it does
-/// not.
+/// Grants of the operating system while reports flow, tried at the start; errno of each that it
+/// refuses.
 struct UsbThreadGrant {
   int create_error = 0;    ///< no thread at all
   int priority_error = 0;  ///< EPERM: no right to SCHED_FIFO; it runs as an ordinary thread then
@@ -56,7 +56,7 @@ class UsbThread {
   void stop() noexcept;
 
   [[nodiscard]] bool running() const noexcept { return running_.load(std::memory_order_acquire); }
-  /// Of the last poll; from any thread.
+  /// Status of the last poll; from any thread.
   [[nodiscard]] HalStatus status() const noexcept {
     return status_.load(std::memory_order_acquire);
   }

@@ -216,7 +216,7 @@ void UsbTransfers::on_clear_end(Slot& slot) noexcept {
   if (is_out) note(LinkEventKind::kOutCleared, 0);
 }
 
-// Whether IN transfers may be queued.
+// True if IN transfers may be queued.
 bool UsbTransfers::follow_halts(std::int64_t now_ns) noexcept {
   if (pool_->clear.in_flight) {
     if (now_ns - clear_since_ns_ > kLongestClear_ns) give_up(LIBUSB_ERROR_TIMEOUT);

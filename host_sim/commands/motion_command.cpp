@@ -34,7 +34,7 @@ void say_samples(const std::string& out, const std::vector<MotionSample>& motion
               motion.back().t_s - motion.front().t_s, rate_hz);
 }
 
-/// What the hand does, and what the core makes of it.
+/// Prints the motion of the hand, and the contact that the core finds in it.
 void say_touching(const TouchingScript& touching, const std::vector<TickRecord>& ticks) {
   double force_n = 0, torque_nm = 0;
   std::size_t in_contact = 0;

@@ -41,7 +41,7 @@ void print_motion(const LoopTotals& t) {
   }
 }
 
-/// Whether the loop comes to rest where the hand does.
+/// Says whether the loop comes to rest where the hand does.
 void print_rest(const RestOscillation& rest) {
   if (rest.windows == 0) {
     std::printf("  at rest          never: the hand moves all the time\n");

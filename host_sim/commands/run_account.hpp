@@ -15,7 +15,7 @@
 
 namespace haptic::sim {
 
-/// What was run.
+/// The subject of a run.
 struct RunSubject {
   std::string scene, hand;
   LawId law = LawId::kProxy;
@@ -45,9 +45,9 @@ struct RunEnd {
   [[nodiscard]] std::string line() const;
 };
 
-/// What fails the loop over any device. `bounded`: every count of work is within its bound.
+/// Failures of the loop over any device. `bounded`: every count of work is within its bound.
 void add_loop_failures(RunEnd& end, const LoopTotals& t, const RestOscillation& rest, bool bounded);
-/// What the bits of `faults` mean, with semicolons; empty where there is none.
+/// The meaning of the bits of `faults`, with semicolons; empty where there is none.
 [[nodiscard]] std::string fault_words(std::uint32_t faults);
 
 /// The loop that the core closes over the device alone.

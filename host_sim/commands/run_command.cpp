@@ -287,7 +287,7 @@ int do_run(const RunArguments& o) {
   return passed ? tools::kExitDone : tools::kExitCheckFailed;
 }
 
-/// What CLI11 cannot say by itself. @throws tools::UsageError.
+/// Checks that CLI11 cannot make. @throws tools::UsageError.
 void check_carrier(const RunArguments& o) {
   if (o.carrier == "none" && o.report_clocked)
     throw tools::UsageError("--report-clocked: needs --carrier direct or usb");

@@ -57,7 +57,7 @@ void stop_at_signals(const std::optional<double>& seconds) {
   setitimer(ITIMER_REAL, &end, nullptr);
 }
 
-/// What the device was handed and what acted, per period, as CSV.
+/// The commands that the device received and the wrench that acted, per period, as CSV.
 class WireLog {
  public:
   explicit WireLog(const std::string& path) : path_(path) {
@@ -117,7 +117,7 @@ class WireLog {
   unsigned commands_ = 0;
 };
 
-/// Of this thread, and of those that it makes.
+/// Sets the priority of this thread, and of those that it makes.
 void take_priority(int priority) {
   prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);  // reports on time, also without a priority
   if (priority == 0) return;

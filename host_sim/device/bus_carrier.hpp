@@ -9,8 +9,8 @@
 
 namespace haptic::sim {
 
-/// What the device answers. Called on a thread of the carrier, see there; no lock of the carrier is
-/// held, so it may push, fail and unplug from within.
+/// The device's side of a carrier. Called on a thread of the carrier, see there; no lock of the
+/// carrier is held, so it may push, fail and unplug from within.
 class UsbFunction {
  public:
   virtual ~UsbFunction() = default;

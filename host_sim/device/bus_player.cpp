@@ -170,7 +170,7 @@ void BusPlayer::on_state(const haptic::DeviceState& state) noexcept {
   servo_.run();
 }
 
-// What the next event needs is there before it comes.
+// Prepares what the next event needs before it comes.
 void BusPlayer::prepare() {
   if (!track_.has_next()) return;
   switch (track_.next().kind) {
@@ -195,7 +195,8 @@ void BusPlayer::prepare() {
   if (!fed_ && carrier_ && !stopped_) feed();
 }
 
-// What ends next on the bus within this turn, one at a time: the order is the recorded one.
+// Ends the transfers that end next on the bus within this turn, one at a time: the order is the
+// recorded one.
 void BusPlayer::feed() {
   const auto ends = [](const LinkEvent& e) {
     return e.kind == LinkEventKind::kReport || e.kind == LinkEventKind::kOutEnd ||

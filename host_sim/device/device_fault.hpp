@@ -18,7 +18,7 @@
 namespace haptic::sim {
 
 enum class DeviceFaultKind : std::uint8_t {
-  // Of the bus.
+  // Faults of the bus.
   kUnplug,            ///< transfers in flight end without a device
   kUnplugAtResubmit,  ///< between a completion and the resubmit in its callback
   kReplug,            ///< amount 1: the power was away too, counters start again
@@ -26,7 +26,7 @@ enum class DeviceFaultKind : std::uint8_t {
   kBabble,         ///< the device talks beyond the end of its packet
   kBusError,       ///< -EPROTO
   kSubmitRefused,  ///< -ENOMEM
-  // Of reports: their bytes and their order.
+  // Faults of reports: their bytes and their order.
   kShort,      ///< amount: bytes that are missing
   kLong,       ///< amount: bytes too many
   kCorrupt,    ///< amount: bits turned over
@@ -35,7 +35,7 @@ enum class DeviceFaultKind : std::uint8_t {
   kReordered,  ///< pairs that change places
   kLate,       ///< amount: periods that it is held back; those meanwhile are overwritten by it
   kFrozen,     ///< the sequence stands still, everything else is right
-  // Of the device.
+  // Faults of the device.
   kEncoderJump,    ///< amount: metres along x
   kEmergencyStop,  ///< pressed for `count` periods
   kDeaf            ///< commands do not reach it for `count` periods: its watchdog cuts the drives
@@ -49,7 +49,7 @@ struct DeviceFaultEvent {
   bool out_endpoint = false;
 };
 
-/// What a script may say of one kind.
+/// Ranges that a script may give for one kind.
 struct DeviceFaultRule {
   const char* name;
   DeviceFaultKind kind;

@@ -31,7 +31,7 @@ struct StackSettings {
   double servo_phase = 0.5;  ///< timer-clocked: ticks come this share of a period after a report
   unsigned ticks_per_report = 1;  ///< timer-clocked: servo ticks, evenly spaced
   ReferenceModelSettings model;
-  /// Of servo tick and output guard, before what the device states at its connection;
+  /// Limits of servo tick and output guard, before what the device states at its connection;
   /// limits_of(reference_capabilities()).
   SafetyLimits limits;
   WorkspaceMap map;  ///< its grip point is set from the scene
@@ -50,7 +50,7 @@ struct StackSend {
   Load wrench;  ///< in its bytes
 };
 
-/// What happened in one period.
+/// Record of one period.
 struct StackTick {
   std::uint64_t period = 0;  ///< of the device, from 1 on
   double t_s = 0;
@@ -86,7 +86,7 @@ class DeviceStack final : private hal::LinkObserver {
   [[nodiscard]] hal::BusSession bus_session() const;
   void record(hal::LinkTape* tape, hal::TickWatch watch, void* watch_context);
 
-  // What a test may do to it between two periods.
+  // Access for tests between two periods.
   [[nodiscard]] ReferenceUsb& bus() { return *bus_; }
   void stall_servo(bool stalled) { servo_stalled_ = stalled; }
   void emergency_stop() { loop_->emergency_stop(); }

@@ -81,7 +81,7 @@ class ClosedLoop {
   std::uint64_t tick_ = 0;
 };
 
-/// What a run keeps of every tick.
+/// The values of every tick that a run keeps.
 struct LoopRecord {
   TickRecord tick;
   Wrench accepted_w;                    ///< that acted before the tick, as the core got it
@@ -91,7 +91,7 @@ struct LoopRecord {
   double delivered_j = 0;  ///< work of the rendering on the device so far
 };
 
-/// What is kept of a tick, without the hand's target.
+/// Record of a tick, without the hand's target.
 [[nodiscard]] LoopRecord loop_record(const ClosedLoop& loop, const LoopTick& tick);
 
 /// Runs the hand's targets through the loop, one sample per tick, the device at rest at the first.

@@ -74,7 +74,8 @@ bool same_bits(const std::array<double, 6>& a, const std::array<double, 6>& b) {
   });
 }
 
-/// Of a state that a tick saw: what tells it from the others that the link published.
+/// True for the state that a tick saw, by what distinguishes it from the others that the link
+/// published.
 bool is_seen(const RecordedTick& tick, const haptic::DeviceState& state) {
   ServoInput input;
   input.state = state;

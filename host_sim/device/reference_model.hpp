@@ -54,7 +54,7 @@ class ReferenceModel {
   /// One report period passes: the wrench accepted so far acts, the hand moves. Then the report of
   /// the new sample is made, the watchdog first.
   void advance();
-  /// Of the last sample; before the first `advance` of sequence 0.
+  /// Report of the last sample; before the first `advance` of sequence 0.
   [[nodiscard]] std::vector<std::uint8_t> report() const;
   /// The same into `bytes`, which has room for kReferenceReportBytes; @return the length. No heap.
   std::size_t report_into(std::span<std::uint8_t> bytes) const;
@@ -63,7 +63,7 @@ class ReferenceModel {
   /// the reports, otherwise without effect. Returns whether it was accepted.
   bool command(std::span<const std::uint8_t> bytes);
 
-  /// What the device says of itself on request.
+  /// The capability block that the device returns on request.
   [[nodiscard]] hal::ReferenceBlock block() const;
   /// This instead from now on, as another device would, or its own again; nothing else changes.
   void state_block(const std::optional<hal::ReferenceBlock>& block) { stated_ = block; }

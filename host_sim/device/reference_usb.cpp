@@ -88,7 +88,7 @@ int ReferenceUsb::plug() {
   return carriers_.back()->descriptor();
 }
 
-// What the kernel does with a new device: the configuration is set, which takes the drives off.
+// Does what the kernel does with a new device: sets the configuration, which takes the drives off.
 void ReferenceUsb::plug_locked() {
   if (!carriers_.empty()) carriers_.back()->unplug();
   model_.drives_off();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Whether a loop whose hand holds still comes to rest, or keeps oscillating.
+/// Judges whether a loop whose hand holds still comes to rest, or keeps oscillating.
 
 #include <span>
 
@@ -8,8 +8,7 @@
 
 namespace haptic::sim {
 
-/// What an oscillation of the rendered wrench may reach without being one: what the encoders' last
-/// digits make up.
+/// Largest change of the rendered wrench that is no oscillation: that of the encoders' last digits.
 struct RestAllowance {
   double force_n = 0, torque_nm = 0;  ///< peak to peak, per W axis
 };

@@ -42,7 +42,7 @@ struct AxisState {
   double position = 0, velocity = 0;
 };
 
-/// What acts through one period.
+/// Forces that act through one period.
 struct AxisDrive {
   double force = 0;            ///< u, held
   double target = 0;           ///< x_t at the beginning
@@ -145,7 +145,7 @@ class SimulatedDevice {
   /// Puts the device there; no wrench is under way. Encoders count from this pose.
   void place(const DeviceState& state);
 
-  /// What the encoders say now.
+  /// The pose by the encoders now.
   [[nodiscard]] HandTarget sensed() const;
   [[nodiscard]] const DeviceState& state() const { return state_; }
 

@@ -30,7 +30,7 @@ constexpr std::array<Stage, 3> kStages = {Stage{"rendered by the core", "#c0c0c0
                                           Stage{"handed over to the bus", "#56b4e9", 4.2},
                                           Stage{"acting on the handle", "#d55e00", 1.2}};
 
-// What is rare stands last: it shows where several values fall into one pixel column.
+// Rare values stand last: the last one shows where several fall into one pixel column.
 constexpr std::array<BandValue, 5> kArmings = {
     BandValue{"armed", "#009e73"}, BandValue{"disarmed", "#ffffff"}, BandValue{"arming", "#f0e442"},
     BandValue{"disarming", "#56b4e9"}, BandValue{"faulted", "#d55e00"}};

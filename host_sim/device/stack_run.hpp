@@ -31,7 +31,7 @@ inline constexpr double kDeadmanAfter_s = 0.1, kDeadmanBefore_s = 0.1;
                                                                   std::vector<MotionSample> motion,
                                                                   double rate_hz);
 
-/// What a run keeps of every period of the device.
+/// The values of every period of the device that a run keeps.
 struct StackRecord {
   LoopRecord loop;  ///< wrench as rendered, before the safety stages; device: as the core got it
   ArmingState arming = ArmingState::kDisarmed;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a device says it is: its descriptors, read once, and the standard requests (USB 2.0,
-/// chapter 9) that they answer. Every carrier uses it, so a host sees the same device on each.
+/// Descriptors of a device, read once, and the standard requests (USB 2.0, chapter 9) that they
+/// answer. Every carrier uses them, so a host sees the same device on each.
 
 #include <cstddef>
 #include <cstdint>

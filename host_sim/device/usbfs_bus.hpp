@@ -34,7 +34,7 @@ class ReadinessPipe {
   ReadinessPipe(const ReadinessPipe&) = delete;
   ReadinessPipe& operator=(const ReadinessPipe&) = delete;
 
-  /// What to poll; closed by the destructor.
+  /// Descriptor to poll; closed by the destructor.
   [[nodiscard]] int descriptor() const { return write_end_; }
   /// POLLOUT or not. Cost: one system call when it changes.
   void show_ready(bool ready);

@@ -21,7 +21,7 @@ namespace {
 constexpr unsigned kDeviceNumber = 1;
 constexpr std::uint8_t kFull = 2;  // speed
 
-// What this bus can do. No mapped memory: that would need mmap of the descriptor.
+// Capabilities of this bus. No mapped memory: that would need mmap of the descriptor.
 constexpr std::uint32_t kCapabilities = USBDEVFS_CAP_ZERO_PACKET | USBDEVFS_CAP_NO_PACKET_SIZE_LIM |
                                         USBDEVFS_CAP_BULK_SCATTER_GATHER |
                                         USBDEVFS_CAP_REAP_AFTER_DISCONNECT;

@@ -28,7 +28,7 @@ struct AxisGroup {
                                                  std::string_view axes,
                                                  std::optional<int> (*rank_of)(std::string_view));
 
-/// What stands before "position" or "orientation": a pose has both.
+/// The text before "position" or "orientation": a pose has both.
 [[nodiscard]] std::string owner_of(std::string stem);
 
 }  // namespace haptic::sim

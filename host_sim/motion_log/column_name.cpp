@@ -165,7 +165,7 @@ std::optional<TimeName> time_name(const ColumnName& name) {
     if (!name.whole.ends_with(unit)) continue;
     const auto rank =
         rank_of(std::string_view(name.whole).substr(0, name.whole.size() - unit.size()));
-    // Of "ms" and "s" the one that leaves the better name.
+    // Takes that of "ms" and "s" which leaves the better name.
     if (rank && (!found || *rank < found->rank)) found = TimeName{*rank, std::string(unit)};
   }
   return found;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What the name of one column of a log says.
+/// The meaning of the name of one column of a log.
 
 #include <optional>
 #include <string>

@@ -23,7 +23,7 @@ constexpr std::array<TimeUnit, 4> kUnits = {{{"s", "seconds", 1},
                                              {"ns", "nanoseconds", 1e-9}}};
 // Between the fastest servo loop and the slowest recorder.
 constexpr double kLeastStep_s = 20e-6, kMostStep_s = 0.5;
-// Of these many seconds since 1970, from 1973 on, an instant is recognised by its size.
+// Range of seconds since 1970, from 1973 on, in which an instant is recognised by its size.
 constexpr double kLeastEpoch_s = 1e8, kMostEpoch_s = 1e11;
 
 bool plausible(double step_s) { return step_s >= kLeastStep_s && step_s <= kMostStep_s; }

@@ -40,7 +40,7 @@ class ColumnSearch {
     throw tools::InputError(log_.path() + ": " + defect);
   }
 
-  // What to do about columns that are not found, with what there is.
+  // Advice about columns that are not found, with those that there are.
   [[nodiscard]] std::string fix() const {
     std::string names;
     constexpr std::size_t kMostShown = 16;
@@ -153,7 +153,7 @@ class ColumnSearch {
     if (positions.empty()) refuse("no position among the columns; " + whole_fix());
     const AxisGroup& position = the_one(positions, "positions");
     if (turns.empty()) refuse("no quaternion among the columns; " + whole_fix());
-    // Of several the one of the same pose.
+    // If there are several, the one of the same pose.
     const std::string owner = owner_of(position.stem);
     const bool shared = std::any_of(turns.begin(), turns.end(), [&](const AxisGroup& turn) {
       return owner_of(turn.stem) == owner;

@@ -37,7 +37,7 @@ struct LogColumns {
 ///         option that tells.
 [[nodiscard]] LogColumns find_columns(const LogRows& log, const LogOptions& options);
 
-/// Whether a position and a quaternion are among `names`.
+/// True if a position and a quaternion are among `names`.
 [[nodiscard]] bool holds_pose(std::span<const std::string> names);
 
 }  // namespace haptic::sim

@@ -28,7 +28,7 @@ struct LogHeader {
 [[nodiscard]] LogHeader header_among(std::span<const std::vector<std::string>> lines,
                                      HoldsPose holds_pose);
 
-/// Whether a line below the names holds units alone, as "s" below a time and "mm" below places.
+/// True if a line below the names holds units alone, as "s" below a time and "mm" below places.
 [[nodiscard]] bool is_unit_row(std::span<const std::string_view> cells);
 
 /// Puts the units of such a line behind the names that state none: "x [mm]".

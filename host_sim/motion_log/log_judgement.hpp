@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a log's motion is, and what of it can hardly be meant so: unit, order of the quaternion,
+/// Judges the motion of a log, and finds what is hardly meant so: unit, order of the quaternion,
 /// gaps, a start far from the scene's.
 
 #include <cstddef>
@@ -23,10 +23,10 @@ struct LogFigures {
   double fastest_m_per_s = 0;
   std::size_t fastest_line = 0;
 };
-/// Of the samples of the log, placed or not, at least two.
+/// Figures of the samples of the log, placed or not, at least two.
 [[nodiscard]] LogFigures log_figures(const MotionLog& log);
 
-/// Of a scene that a motion is judged by.
+/// The start of the scene by which a motion is judged.
 struct SceneStart {
   MotionSample start;     ///< of A's mesh frame
   double grip_m[3] = {};  ///< of the part in its mesh frame
@@ -42,7 +42,7 @@ struct StartDistance {
 };
 [[nodiscard]] StartDistance distance_from(const SceneStart& scene, const MotionSample& pose);
 
-/// What a person should look at, each a sentence with its fix: unit, speed, gaps.
+/// Warnings for the person, each a sentence with its fix: unit, speed, gaps.
 [[nodiscard]] std::vector<std::string> log_warnings(const MotionLog& log, const LogFigures& figures,
                                                     const std::optional<SceneStart>& scene);
 

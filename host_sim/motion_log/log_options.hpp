@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a person says about a log beyond what its columns say.
+/// Statements of a person about a log beyond its columns.
 
 #include <cstdint>
 #include <optional>

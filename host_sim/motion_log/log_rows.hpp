@@ -27,11 +27,11 @@ class LogRows {
   /// To the next row; false at the end. @throws tools::InputError with the line.
   virtual bool next() = 0;
 
-  /// Of the columns, as the file has them; empty where the file has no names.
+  /// Names of the columns, as the file has them; empty where the file has none.
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
-  /// Of the row; at least as many as there are names. An absent member of JSON is empty.
+  /// Cells of the row; at least as many as there are names. An absent member of JSON is empty.
   [[nodiscard]] std::span<const std::string_view> cells() const { return cells_; }
-  /// Of the row in the file, from 1.
+  /// Line of the row in the file, from 1.
   [[nodiscard]] std::size_t line() const { return line_; }
   [[nodiscard]] const std::string& path() const { return path_; }
   /// For a person: "separated by commas", "JSON, an object a line".
@@ -41,7 +41,8 @@ class LogRows {
   /// A comma inside a number stands before the decimals.
   [[nodiscard]] bool has_decimal_commas() const { return decimal_commas_; }
 
-  /// Of all lengths, where the file states it beside the names ("millimeters"); empty: it does not.
+  /// Unit of all lengths, where the file states it beside the names ("millimeters"); empty: it does
+  /// not.
   [[nodiscard]] const std::string& length_unit() const { return length_unit_; }
 
   /// Refuses the row. @throws tools::InputError "PATH:LINE: DEFECT".

@@ -19,7 +19,7 @@ using tools::place_moving;
 using tools::PlacedMoving;
 using tools::Point;
 
-/// What "delta, small and related to |x_new - x_0|" (step 2) is taken to mean.
+/// Readings of "delta, small and related to |x_new - x_0|" (step 2).
 enum class DeltaReading : std::uint8_t {
   kTranslation,             ///< |x_new - x_0|
   kTranslationAndRotation,  ///< |x_new - x_0| + max |x - b + R a| * angle: keeps every plane that

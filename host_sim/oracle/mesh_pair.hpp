@@ -22,7 +22,7 @@ struct StraightWay {
   [[nodiscard]] OraclePose at(Wide share) const;
 };
 
-/// What two meshes have in common at a pose.
+/// Intersection of two meshes at a pose.
 struct MeshCrossing {
   std::uint64_t meeting = 0;  ///< pairs of triangles that share a point, exactly
   Wide depth_m = 0;           ///< of the deepest pair: shortest translation that takes it apart

@@ -21,7 +21,7 @@ std::vector<bool> live_nodes(const PairView& pair) {
   return live;
 }
 
-/// What the depth of a colliding pair may be: over its live nodes those that must count, and those
+/// Range of the depth of a colliding pair: over its live nodes those that must count, and those
 /// that may, as applicability goes within `slack_m`. Where none may, it is that of all nodes.
 void measure_live(const std::vector<NodeValue>& nodes, const std::vector<bool>& live, Wide slack_m,
                   PairTruth& truth) {

@@ -81,7 +81,7 @@ struct CheckTotals {
   [[nodiscard]] bool passed() const { return wrong_verdict_pairs == 0 && wrong_depth_pairs == 0; }
 };
 
-/// What a tracker says of one pair.
+/// A tracker's values of one pair.
 struct PairValue {
   double d_near_m = 0;
   /// false: apart, a bound that proves it, and only the verdict counts; colliding, a lower bound of

@@ -9,7 +9,7 @@ namespace haptic::sim {
 namespace {
 
 constexpr Wide kRoundoff = std::numeric_limits<Wide>::epsilon();
-/// Of the sum of the products' sizes, which is more than the determinants below can be off.
+/// Share of the sum of the products' sizes, which is more than the determinants below can be off.
 constexpr Wide kFilter = 16 * kRoundoff;
 /// Edges whose angle has a smaller sine give no direction that the faces do not give.
 constexpr Wide kLeastSine = 1e-14L;

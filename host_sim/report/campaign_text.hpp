@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What the reports of seeded campaigns have in common: counts by their names in files, those that
-/// must be zero, the failures, and the end of the command.
+/// Common parts of the reports of seeded campaigns: counts by their names in files, those that must
+/// be zero, the failures, and the end of the command.
 
 #include <cstddef>
 #include <cstdint>

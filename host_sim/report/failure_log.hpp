@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What failed checks say: the pose in numbers that read back as themselves, so that the case can
-/// be run again, and what was wrong there.
+/// Messages of failed checks: the pose in numbers that read back as themselves, so that the case
+/// can be run again, and what was wrong there.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What reports are made of: typed tables, whole files, and what each part hands back: its files,
-/// its section of the index, and its findings next to what is stated.
+/// Parts of reports: typed tables, whole files, and what each part hands back: its files, its
+/// section of the index, and its findings next to what is stated.
 
 #include <concepts>
 #include <cstdint>

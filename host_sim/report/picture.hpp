@@ -91,12 +91,12 @@ void fit_range(Panel& panel, std::span<const NamedCurve> curves, double floor = 
 /// Lines of small words at the right of a panel.
 [[nodiscard]] std::string panel_note(const Panel& panel, std::span<const std::string> lines);
 
-/// What a band can show.
+/// One value of a band.
 struct BandValue {
   const char* name;
   const char* colour;
 };
-/// What a pixel column shows where several values fall into it.
+/// The value that a pixel column shows where several fall into it.
 enum class BandColumn {
   kMostFrequent,  ///< of the values after the first, so that short ones stay visible
   kLastOfTable,   ///< so that what is rare is not lost
@@ -105,7 +105,7 @@ enum class BandColumn {
 [[nodiscard]] std::string band(const Panel& panel, const std::string& label, bool time_labels,
                                std::span<const double> times, std::span<const std::size_t> values,
                                std::span<const BandValue> table, BandColumn column);
-/// What the colours of a band mean, in one line; values that do not occur are left out.
+/// The meaning of the colours of a band, in one line; values that do not occur are left out.
 [[nodiscard]] std::string band_key(double x, double y, std::span<const std::size_t> values,
                                    std::span<const BandValue> table);
 

@@ -16,8 +16,8 @@
 
 namespace haptic::sim {
 
-/// Whether a tick of law proxy also searches the contact at the goal pose; the other laws always
-/// do.
+/// Says whether a tick of law proxy also searches the contact at the goal pose; the other laws
+/// always do.
 enum class GoalContact : bool { kLeftOut, kAsked };
 
 /// Not movable: the core points into it.

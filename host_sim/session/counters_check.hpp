@@ -42,7 +42,7 @@ struct CounterBound {
 [[nodiscard]] std::uint64_t proxy_units(const StepCounters& counters);
 /// The most of it that a tick of this scene can do, by the bounds in its header.
 [[nodiscard]] std::uint64_t proxy_bound(const SceneCapacity& capacity);
-/// Whether every peak is within its bound in the header.
+/// True if every peak is within its bound in the header.
 [[nodiscard]] bool within_bounds(const StepCounters& peaks, const SceneCapacity& capacity);
 
 /// One line per counter: peak, bound, and in capitals where it is exceeded.

@@ -17,7 +17,7 @@ namespace haptic::sim {
 
 class GuideLegs {
  public:
-  /// Of a scene without a guide: none.
+  /// No legs: a scene without a guide.
   GuideLegs() = default;
   explicit GuideLegs(const SceneView& scene);
 

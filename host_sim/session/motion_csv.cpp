@@ -52,7 +52,7 @@ std::string import_fix(const std::string& path) {
   return "'host_sim motion --from " + path + " -o motion.csv'";
 }
 
-// What a file with another first line is likely to be, and what to do with it.
+// Guess what a file with another first line is, and what to do with it.
 std::string header_fix(const std::string& path, std::string_view header) {
   if (path.ends_with(".toml"))
     return "this is a script: make the motion from it with 'host_sim motion " + path +

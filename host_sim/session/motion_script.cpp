@@ -101,7 +101,7 @@ class Reader {
   }
 
  private:
-  /// What a number out of its range is likely to be.
+  /// Guess of the unit of a number that is out of its range.
   static std::string unit_question(std::string_view name) {
     if (name == "position_m") return "; it is in metres: are these millimetres?";
     if (name == "angle_rad") return "; it is in radians: are these degrees?";

@@ -25,7 +25,7 @@ struct ReplayOptions {
 
 struct ReplayResult {
   std::vector<TickRecord> ticks;
-  /// Of the core; the literal method is not judged.
+  /// Verdict on the core; the literal method is not judged.
   std::optional<tools::SessionVerdict> verdict;
   std::optional<CheckTotals> check;
   std::string contact_csv;  ///< session/contact_log.hpp; empty unless asked for

@@ -44,7 +44,7 @@ std::string vector_panel(Panel panel, std::span<const double> times, const std::
   return curve_panel(panel, label, times, series, false);
 }
 
-/// What is marked, gravest last.
+/// The flags that are marked, gravest last.
 constexpr struct {
   std::uint32_t flags;
   BandValue value;
@@ -65,7 +65,7 @@ std::size_t mark_of(std::uint32_t flags) {
   return 0;
 }
 
-/// Whether something holds the part, and its force is not taken away by a ramp.
+/// True if something holds the part, and its force is not taken away by a ramp.
 bool is_held(const TickRecord& tick) {
   return tick.in_contact && (tick.flags & (kFlagRamping | kFlagRecovery)) == 0;
 }

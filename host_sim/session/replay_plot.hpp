@@ -19,11 +19,11 @@ namespace haptic::sim {
                                       std::span<const double> apart_m);
 [[nodiscard]] bool shows_apart(std::span<const double> apart_m);
 
-/// Of a scene with a guide: the norm of its force in `pull`, and in `station` the last station of
-/// the plan that was passed, in ticks in which it leads. One value per time.
+/// Panels of a scene with a guide: the norm of its force in `pull`, and in `station` the last
+/// station of the plan that was passed, in ticks in which it leads. One value per time.
 [[nodiscard]] std::string guide_panels(Panel pull, Panel station, std::span<const double> times,
                                        std::span<const TickGuide> guides);
-/// Whether a guide leads or looks for its way in any tick.
+/// True if a guide leads or looks for its way in any tick.
 [[nodiscard]] bool shows_guide(std::span<const TickGuide> guides);
 
 /// d_near at the goal pose. Far free motion would flatten what happens in contact: the axis ends a
@@ -45,7 +45,7 @@ namespace haptic::sim {
 /// each tick, the gravest of a pixel column. The key of its colours at `key_y`.
 [[nodiscard]] std::string mark_band(const Panel& panel, std::span<const double> times,
                                     std::span<const std::uint32_t> flags, double key_y);
-/// Whether there is a mark.
+/// True if there is a mark.
 [[nodiscard]] bool shows_marks(std::span<const std::uint32_t> flags);
 
 /// A complete SVG document. Curves are reduced to their least and largest value per pixel column,

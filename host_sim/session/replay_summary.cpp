@@ -53,7 +53,7 @@ void check_text(std::string& text, const CheckTotals& c) {
   append_line(text, "  result                %s", c.passed() ? "passed" : "FAILED");
 }
 
-/// What fails a replay besides its verdict; empty: nothing.
+/// Failures of a replay besides its verdict; empty: none.
 std::string other_failures(const ReplayReport& report) {
   std::string text;
   const auto add = [&text](bool failed, const char* what) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a replay keeps of every tick, and its CSV.
+/// The record that a replay keeps of every tick, and its CSV.
 
 #include <cmath>
 #include <cstdint>
@@ -22,7 +22,7 @@ static_assert(kFlagLocalSetEmpty == 1u << (kFlagCount - 1));
   return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/// Of a scene with a guide: what leads the hand besides the contact, and where on the plan it is.
+/// Guide of a tick: what leads the hand besides the contact, and where on the plan it is.
 struct TickGuide {
   GuideState state = GuideState::kNone;
   std::uint32_t station = 0;        ///< the last one passed
@@ -58,7 +58,7 @@ struct TickRecord {
   Pose device_wa, proxy_wa;
 };
 
-/// What is judged of a tick.
+/// The quantities of a tick that are judged.
 [[nodiscard]] tools::JudgedTick judged_tick(const TickRecord& record) noexcept;
 
 /// The record of tick number `tick` from the core's result under `law`; the pose of the device is
@@ -84,8 +84,8 @@ inline constexpr const char* kPoseCsvHeader =
     "device_z_m,device_qw,device_qx,device_qy,device_qz";
 void append_poses(std::string& csv, const TickRecord& tick);
 
-/// Of a scene with a guide these columns end each line; of others nothing is appended.
-/// guide: off, lost or on; guide_place: GuideLegs::place, in quotation marks.
+/// Columns that end each line in a scene with a guide; empty in others. guide: off, lost or on;
+/// guide_place: GuideLegs::place, in quotation marks.
 [[nodiscard]] std::string guide_csv_header(const GuideLegs& legs);
 void append_guide(std::string& csv, const TickGuide& guide, const GuideLegs& legs);
 

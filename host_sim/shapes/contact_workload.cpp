@@ -75,7 +75,7 @@ class FeatureTable {
   Vector middle_ = Vector::Zero();
 };
 
-/// What brings A's feature over B's: the turn of A and the distances.
+/// The motion that brings A's feature over B's: the turn of A and the distances.
 struct KeyPlan {
   Feature a, b;
   double twist_rad = 0, tilt_rad = 0;
@@ -154,7 +154,7 @@ class KeySequence {
     }
     return place();
   }
-  /// Whether neither the direction of the contact nor a face of either body parts them: all but
+  /// True if neither the direction of the contact nor a face of either body separates them: all but
   /// the edge pairs, enough for a share.
   [[nodiscard]] bool seems_inside(const WorkloadPose& pose) const {
     const auto parts = [&](const Vector& n) {

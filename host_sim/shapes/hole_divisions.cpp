@@ -11,7 +11,7 @@
 namespace haptic::sim {
 namespace {
 
-/// Of the block around the hole, as five_piece_hole has it.
+/// Sizes of the block around the hole, as five_piece_hole has it.
 constexpr double kBlock_m = 0.025, kHoleDepth_m = 0.040, kBlockDepth_m = 0.050;
 constexpr double kClearance_m = 1e-4;
 constexpr double kHoleHalf_m = kPegHalf_m + kClearance_m;

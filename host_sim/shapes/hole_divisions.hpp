@@ -14,7 +14,7 @@ struct Division {
   tools::Body moving, fixed;
 };
 
-/// What the device does on a path, and so how closely two divisions must agree.
+/// Contact of the device on a path, and so how closely two divisions must agree.
 enum class DivisionContact {
   kFace,    ///< pressed flat on one plane or several in every tick of the path
   kMixed,   ///< edges and vertices too, contacts come and go

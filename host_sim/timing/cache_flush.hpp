@@ -9,10 +9,10 @@
 
 namespace haptic::sim {
 
-/// What is out of the caches afterwards: on x86-64, by a line flush of each, the given memory, the
-/// program's own code and constants, and 64 KiB of stack below the caller; elsewhere, by a walk
-/// over a buffer twice the last-level cache, with any former content of the caches. Address
-/// translations and learnt branches stay as they are.
+/// Removes from the caches: on x86-64, by a line flush of each, the given memory, the program's own
+/// code and constants, and 64 KiB of stack below the caller; elsewhere, by a walk over a buffer
+/// twice the last-level cache, all former content. Address translations and learnt branches stay as
+/// they are.
 class CacheFlush {
  public:
   /// `memory` must outlive this.

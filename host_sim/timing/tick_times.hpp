@@ -44,8 +44,8 @@ struct WcetResult {
   TimeFigures stale;
   StepCounters peaks;          ///< largest counts over all these ticks
   double dearest_unit_ns = 0;  ///< of the stale ticks with much work: time over work
-  /// Of the ticks with much work of the proxy: time over proxy_units. Both charge the whole time of
-  /// a tick to their own units and are too large rather than too small.
+  /// Largest time over proxy_units of the ticks with much work of the proxy. Both charge the whole
+  /// time of a tick to their own units and are too large rather than too small.
   double dearest_proxy_unit_ns = 0;
 };
 

@@ -29,7 +29,7 @@ struct HeldPart {
 [[nodiscard]] HeldPart held_at_start(const SceneView& view);
 [[nodiscard]] HeldPart held_at(const SceneView& view, const PlanPose& pose);
 
-/// Whether the part touches where it is led, and how far it may be led on without a touch.
+/// Says whether the part touches where it is led, and how far it may be led on without a touch.
 struct TouchVerdict {
   bool touches = false;
   bool arrives = true;  ///< law kProxy: the felt part gets there

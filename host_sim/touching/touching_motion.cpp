@@ -37,7 +37,7 @@ double longest_way_m(const SceneView& view) {
   return std::max(kLongestWay_m, (high - low).norm() + 2 * held_at_start(view).radius_m);
 }
 
-/// Whether a player takes all places of the straight way and of the press beyond it.
+/// True if a player takes all places of the straight way and of the press beyond it.
 bool is_played(const HeldPart& from, const Vector& along_w, double way_m) {
   const Vector mesh_w = from.grip_w - from.q_wa * from.grip_a;
   const double reach_m = way_m + from.radius_m;
@@ -173,7 +173,7 @@ class Search {
     return Approach{{}, from, along_w, *way_m};
   }
 
-  /// Whether the motion, played once, touches; the best one is kept.
+  /// True if the motion, played once, touches; the best one is kept.
   bool touches(const Approach& approach) {
     TouchingScript touching = script_of(session_.view(), approach);
     // As a file has it: what is said of the motion is so in a replay of the file.

@@ -13,10 +13,11 @@
 namespace haptic::sim {
 namespace {
 
-/// Of scenes of more pairs no way in is looked for: a step of a proof looks at all that are near.
+/// Most pairs of a scene in which a way in is looked for: a step of a proof looks at all that are
+/// near.
 constexpr std::uint64_t kMostPairs = 4'000'000;
 
-/// Whether the straight way is proved free, within `seconds`.
+/// True if the straight way is proved free, within `seconds`.
 bool is_straight(StepProver& prover, const PlanPose& start, const PlanPose& goal, double seconds) {
   constexpr int kParts = 32, kHalvings = 7;
   const double end_s = wall_clock_s() + seconds;
@@ -39,7 +40,7 @@ std::vector<PlanPose> way_of_guide(const SceneView& view) {
   return corners;
 }
 
-/// Whether fixed parts are near on both sides along an axis of W.
+/// True if fixed parts are near on both sides along an axis of W.
 bool is_held_between(CoreSession& session, const HeldPart& held) {
   for (int axis = 0; axis < 3; ++axis) {
     const Vector along = Vector::Unit(axis);

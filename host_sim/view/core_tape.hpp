@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What the core was given in each tick of a servo loop, found again from what the servo tick saw
+/// The inputs of the core in each tick of a servo loop, reconstructed from what the servo tick saw
 /// and made, so that a page can compute a session of the whole device stack. The servo tick itself
-/// tells nothing more than it always does.
+/// reports nothing more than it always does.
 
 #include <optional>
 #include <vector>

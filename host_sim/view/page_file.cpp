@@ -69,7 +69,8 @@ std::uint64_t column_of(const RecordedTick& tick, std::size_t column, std::uint3
   return k < 6 ? std::bit_cast<std::uint64_t>(tick.twist_w[k]) : tick.marks;
 }
 
-/// What its ticks have that others lack. A page forgets all before the first tick in any case.
+/// Properties of these ticks that others lack. A page forgets all before the first tick in any
+/// case.
 std::uint32_t kinds_of(std::span<const RecordedTick> ticks) {
   if (ticks.empty()) return 0;
   std::uint64_t later = 0;

@@ -16,7 +16,7 @@
 
 namespace haptic::sim {
 
-/// What of a tick is given to a page that computes it again: in a recording
+/// Fields of a tick that are given to a page that computes it again: in a recording
 /// (host_sim/view/page/src/recording.ts) and while it runs (live.ts).
 enum TickMark : std::uint64_t {
   kMarkReset = 1,     ///< the core forgot all that was before this tick

@@ -97,6 +97,7 @@ std::int64_t OutputStage::stamp_of(const StepInput& input) const noexcept {
 
 DeviceMotion OutputStage::sense(const GripPose& device, const StepInput& input) noexcept {
   DeviceMotion motion;
+  motion.accepted_w = input.accepted_wrench_w;
   if (!kSceneTraits.device || twist_.empty()) return motion;
   const bool translates = device_translates();
   motion.played = translates ? play_.update_place(device.x0_w, device.q_wa)
@@ -138,7 +139,7 @@ Output OutputStage::finish(const LawWrench& law, const DeviceMotion& device, con
     in.stores = law.stores;
     in.gain = ramped.gain;
     in.fading = !follows || ramped.state == RampState::kOut;
-    in.accepted_w = input.accepted_wrench_w;
+    in.accepted_w = device.accepted_w;
     in.accepted_valid = input.accepted_valid;
     in.command_w = out.wrench_w;
     const PassivityResult passive =

@@ -25,10 +25,12 @@ struct LawWrench {
   bool stores = false;
 };
 
-/// How the device moves: its pose after play, and its velocity over an adaptive window of that.
+/// How the device moves: its pose after play, and its velocity over an adaptive window of that; and
+/// the wrench that moves it.
 struct DeviceMotion {
   PlayedPose played;
   TwistEstimate twist;
+  Wrench accepted_w;  ///< that of the input; without the guide's share where there is a guide
 };
 
 struct Output {

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Rules that read the sources; each probe is a tree of one file.
-foreach(rule include_direction core_words licence_line top_level)
+foreach(rule include_direction core_words licence_line top_level comment_first_word)
   haptic_build_check(${rule} ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -P ${checks}/${rule}.cmake)
 endforeach()
 
@@ -32,10 +32,14 @@ if(HAPTIC_BUILD_TOOLS)
     -P ${checks}/embedding.cmake)
 endif()
 
+# A sixth and a seventh argument: a second file and its text.
 function(haptic_tree_probe rule what path text expected)
   set(tree ${samples}/${rule}_${what})
   file(REMOVE_RECURSE ${tree})
   file(WRITE ${tree}/${path} "${text}\n")
+  if(ARGC EQUAL 7)
+    file(WRITE ${tree}/${ARGV5} "${ARGV6}\n")
+  endif()
   haptic_build_probe(${rule}.probe_${what} "${expected}"
     ${CMAKE_COMMAND} -DROOT=${tree} -P ${checks}/${rule}.cmake)
 endfunction()
@@ -79,6 +83,15 @@ haptic_tree_probe(licence_line other_licence linker/a.ld "/* SPDX-License-Identi
 
 haptic_tree_probe(top_level stray_folder utils/a.cpp "" "utils: not at the top level")
 haptic_tree_probe(top_level stray_file notes.txt "" "notes.txt: not at the top level")
+
+haptic_tree_probe(comment_first_word what hal/a.hpp "\n/// What it is.\nint a;"
+  "1 comments begin with What, Whether or Of, and tests/build_checks/comment_first_word.txt allows 0")
+haptic_tree_probe(comment_first_word whether rt_core/a.cpp "int a;  // Whether it is" "rt_core/a.cpp: int a")
+haptic_tree_probe(comment_first_word of tools/a.cpp "int a;\n//  Of the last\n// Of all" "1 comments begin with")
+# None of these comments begins so.
+haptic_tree_probe(comment_first_word fewer host_sim/a.cpp
+  "/// The place\n/// Of a part.\nint a;  ///< Often\n" "lower the figure in tests/build_checks/comment_first_word.txt from 7 to 0"
+  tests/build_checks/comment_first_word.txt "7")
 
 haptic_build_check(include_circles ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -P ${checks}/include_circles.cmake)
 haptic_build_check(references ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -P ${checks}/references.cmake)

@@ -6,7 +6,7 @@
 namespace haptic::fuzz {
 
 std::vector<Seed> seeds() {
-  const std::string file(1, '\0'), falcon(1, '\x02'), spacemouse(1, '\x03'), sim(1, '\x05');
+  const std::string file(1, '\0'), sim(1, '\x01'), falcon(1, '\x03'), spacemouse(1, '\x04');
   const std::string scene = "scene = \"/proc/self/maps\"\n";
   const std::string reference = scene + "[device]\ndriver = \"reference\"\n";
   return {
@@ -24,6 +24,10 @@ std::vector<Seed> seeds() {
            "[switches]\ndeadman = 4\nclutch = 8\nemergency_stop = 0xffffffff\n"
            "[recorder]\nflight_seconds = 0.5\n"},
       {"falcon", file + scene + "[device]\ndriver = \"falcon\"\nfirmware = \"/proc/self/maps\"\n"},
+      {"falcon_keys", file + scene +
+                          "[device]\ndriver = \"falcon\"\nfirmware = \"no.bin\"\n"
+                          "firmware_sha256 = \"" +
+                          std::string(64, '7') + "\"\nfirmware_accept_unknown = true\n"},
       {"falcon_instead", falcon + reference + "firmware = \"no.bin\"\n"},
       {"spacemouse", spacemouse + scene + "[device]\ndriver = 'spacemouse'\naddress='256f:c62e'\n"},
       {"polhem", file + scene + "device.driver = \"polhem\"\nworkspace.scale = 1e-3\n"},

@@ -7,8 +7,6 @@
 
 namespace haptic::test {
 
-using hal::HalStatus;
-
 void FalconCounterpart::reset_boot() {
   heard_.clear();
   image_.clear();
@@ -56,7 +54,9 @@ void FalconCounterpart::on_modem(std::uint16_t value) {
   }
 }
 
-bool FalconCounterpart::on_control(const hal::ControlRequest& request) {
+bool FalconCounterpart::on_control(const hal::ControlRequest& request,
+                                   std::span<std::uint8_t> /*bytes*/, std::size_t& moved) {
+  moved = 0;
   if (request.request_type != 0x40 || request.index != 0) return false;
   switch (request.request) {
     case hal::kFtdiReset:
@@ -134,8 +134,8 @@ void FalconCounterpart::run_byte(std::uint8_t byte) {
   for (const std::uint8_t b : hal::encode(report)) to_host_.push_back(b);
 }
 
-void FalconCounterpart::on_out(std::span<const std::uint8_t> bytes) {
-  if (faults.silent) return;
+bool FalconCounterpart::on_out(std::span<const std::uint8_t> bytes) {
+  if (faults.silent) return true;
   for (const std::uint8_t byte : bytes) {
     if (running_) {
       run_byte(byte);
@@ -143,6 +143,7 @@ void FalconCounterpart::on_out(std::span<const std::uint8_t> bytes) {
       boot_byte(byte);
     }
   }
+  return true;
 }
 
 std::size_t FalconCounterpart::on_in(std::span<std::uint8_t> bytes) {
@@ -160,30 +161,7 @@ std::size_t FalconCounterpart::on_in(std::span<std::uint8_t> bytes) {
 
 bool FalconCounterpart::is_gone() {
   ++calls_;
-  return faults.gone_after_calls >= 0 && calls_ > faults.gone_after_calls;
-}
-
-HalStatus FalconCounterpart::control(const hal::ControlRequest& request,
-                                     std::span<std::uint8_t> /*bytes*/, std::size_t& moved,
-                                     unsigned /*timeout_ms*/) noexcept {
-  moved = 0;
-  if (is_gone()) return HalStatus::kDeviceGone;
-  return on_control(request) ? HalStatus::kOk : HalStatus::kTransferFailed;
-}
-
-HalStatus FalconCounterpart::write(std::span<const std::uint8_t> bytes,
-                                   unsigned /*timeout_ms*/) noexcept {
-  if (is_gone()) return HalStatus::kDeviceGone;
-  on_out(bytes);
-  return HalStatus::kOk;
-}
-
-HalStatus FalconCounterpart::read(std::span<std::uint8_t> bytes, std::size_t& moved,
-                                  unsigned /*timeout_ms*/) noexcept {
-  moved = 0;
-  if (is_gone()) return HalStatus::kDeviceGone;
-  moved = on_in(bytes);
-  return HalStatus::kOk;
+  return gone || (faults.gone_after_calls >= 0 && calls_ > faults.gone_after_calls);
 }
 
 bool FalconCounterpart::cancelled() const noexcept {

@@ -13,7 +13,7 @@
 
 #include "hal/drivers/falcon_codec.hpp"
 #include "hal/drivers/falcon_kinematics.hpp"
-#include "hal/drivers/usb_port.hpp"
+#include "tests/support/device_counterpart.hpp"
 
 namespace haptic::test {
 
@@ -31,7 +31,7 @@ struct FalconFaults {
   int cancelled_after_calls = -1;
 };
 
-class FalconCounterpart : public hal::UsbPort {
+class FalconCounterpart : public DeviceCounterpart {
  public:
   /// `image_bytes`: what its loader takes before it starts the firmware.
   explicit FalconCounterpart(std::size_t image_bytes) : image_bytes_(image_bytes) {}
@@ -57,17 +57,12 @@ class FalconCounterpart : public hal::UsbPort {
   [[nodiscard]] int loads() const { return loads_; }
 
   // Bytes.
-  bool on_control(const hal::ControlRequest& request);  ///< false: stall
-  void on_out(std::span<const std::uint8_t> bytes);
+  bool on_control(const hal::ControlRequest& request, std::span<std::uint8_t> bytes,
+                  std::size_t& moved) override;
+  bool on_out(std::span<const std::uint8_t> bytes) override;
   /// One IN packet into `bytes`; at least the two status bytes.
-  std::size_t on_in(std::span<std::uint8_t> bytes);
+  std::size_t on_in(std::span<std::uint8_t> bytes) override;
 
-  // UsbPort.
-  hal::HalStatus control(const hal::ControlRequest& request, std::span<std::uint8_t> bytes,
-                         std::size_t& moved, unsigned timeout_ms) noexcept override;
-  hal::HalStatus write(std::span<const std::uint8_t> bytes, unsigned timeout_ms) noexcept override;
-  hal::HalStatus read(std::span<std::uint8_t> bytes, std::size_t& moved,
-                      unsigned timeout_ms) noexcept override;
   [[nodiscard]] bool cancelled() const noexcept override;
 
  private:
@@ -77,7 +72,7 @@ class FalconCounterpart : public hal::UsbPort {
   void boot_byte(std::uint8_t byte);
   void load_byte(std::uint8_t byte);
   void run_byte(std::uint8_t byte);
-  bool is_gone();
+  bool is_gone() override;
 
   std::size_t image_bytes_;
   std::uint16_t baud_ = 0, latency_ms_ = 16;

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/hal/polhem_counterpart.hpp"
 
-#include <algorithm>
-
 namespace haptic::test {
-
-using hal::HalStatus;
 
 namespace {
 constexpr std::int64_t kWatchdog_ns = 500'000'000;
@@ -32,18 +28,18 @@ hal::PolhemReport PolhemCounterpart::report() const {
   return said;
 }
 
-void PolhemCounterpart::on_out(std::span<const std::uint8_t> bytes) {
+bool PolhemCounterpart::on_out(std::span<const std::uint8_t> bytes) {
   hal::PolhemCommand command;
-  if (hal::decode(bytes, command) != hal::PolhemVerdict::kOk) return;
+  if (hal::decode(bytes, command) != hal::PolhemVerdict::kOk) return true;
   since_report_ns_ = 0;
   drives_on_ = true;
   due_ = true;
   currents_ma_ = command.set_counts ? std::array<std::int16_t, 3>{} : command.currents_ma;
-  if (!command.set_counts) return;
+  if (!command.set_counts) return true;
   ++set_commands_;
   if (lost_set_commands > 0) {
     --lost_set_commands;
-    return;
+    return true;
   }
   under_way_ = report();
   old_left_ = old_reports;
@@ -51,6 +47,7 @@ void PolhemCounterpart::on_out(std::span<const std::uint8_t> bytes) {
     counts_[i] = command.counts[i] + (sets_wrong_counts ? 3000 : 0);
   }
   flagged_ = false;
+  return true;
 }
 
 std::size_t PolhemCounterpart::on_in(std::span<std::uint8_t> bytes) {
@@ -63,28 +60,6 @@ std::size_t PolhemCounterpart::on_in(std::span<std::uint8_t> bytes) {
   }
   hal::encode(said, bytes.first<hal::kPolhemReportBytes>());
   return hal::kPolhemReportBytes;
-}
-
-HalStatus PolhemCounterpart::control(const hal::ControlRequest& /*request*/,
-                                     std::span<std::uint8_t> /*bytes*/, std::size_t& moved,
-                                     unsigned /*timeout_ms*/) noexcept {
-  moved = 0;
-  return gone ? HalStatus::kDeviceGone : HalStatus::kTransferFailed;
-}
-
-HalStatus PolhemCounterpart::write(std::span<const std::uint8_t> bytes,
-                                   unsigned /*timeout_ms*/) noexcept {
-  if (gone) return HalStatus::kDeviceGone;
-  on_out(bytes);
-  return HalStatus::kOk;
-}
-
-HalStatus PolhemCounterpart::read(std::span<std::uint8_t> bytes, std::size_t& moved,
-                                  unsigned /*timeout_ms*/) noexcept {
-  moved = 0;
-  if (gone) return HalStatus::kDeviceGone;
-  moved = on_in(bytes);
-  return moved > 0 ? HalStatus::kOk : HalStatus::kTimeout;
 }
 
 }  // namespace haptic::test

@@ -10,18 +10,17 @@
 #include <span>
 
 #include "hal/drivers/polhem_codec.hpp"
-#include "hal/drivers/usb_port.hpp"
+#include "tests/support/device_counterpart.hpp"
 
 namespace haptic::test {
 
-class PolhemCounterpart : public hal::UsbPort {
+class PolhemCounterpart : public DeviceCounterpart {
  public:
   // Faults; the default is a good device.
   bool silent = false;        ///< never reports
   int old_reports = 0;        ///< reports already under way: sent with the counts before
   int lost_set_commands = 0;  ///< commands to set the counts that do not arrive
   bool sets_wrong_counts = false;
-  bool gone = false;
 
   // World side.
   /// Counts since power-up change by this.
@@ -35,17 +34,9 @@ class PolhemCounterpart : public hal::UsbPort {
   [[nodiscard]] int set_commands() const { return set_commands_; }
 
   // Bytes.
-  void on_out(std::span<const std::uint8_t> bytes);
+  bool on_out(std::span<const std::uint8_t> bytes) override;
   /// The report that answers the last one from the host; 0: none, the bus sees NAK.
-  std::size_t on_in(std::span<std::uint8_t> bytes);
-
-  // UsbPort.
-  hal::HalStatus control(const hal::ControlRequest& request, std::span<std::uint8_t> bytes,
-                         std::size_t& moved, unsigned timeout_ms) noexcept override;
-  hal::HalStatus write(std::span<const std::uint8_t> bytes, unsigned timeout_ms) noexcept override;
-  hal::HalStatus read(std::span<std::uint8_t> bytes, std::size_t& moved,
-                      unsigned timeout_ms) noexcept override;
-  [[nodiscard]] bool cancelled() const noexcept override { return false; }
+  std::size_t on_in(std::span<std::uint8_t> bytes) override;
 
  private:
   [[nodiscard]] hal::PolhemReport report() const;

@@ -3,14 +3,8 @@
 
 #include <cerrno>
 #include <string>
-#include <vector>
 
-#include "hal/drivers/falcon_driver.hpp"
-#include "hal/drivers/polhem_driver.hpp"
-#include "hal/drivers/reference_driver.hpp"
-#include "hal/drivers/spacemouse_codec.hpp"
 #include "hal/realtime/deploy_text.hpp"
-#include "hal/usb/usb_text.hpp"
 #include "tests/support/fake_machine.hpp"
 #include "tests/support/text_search.hpp"
 
@@ -30,28 +24,6 @@ TEST_SUITE("hal.deploy_text") {
       CHECK(deploy_text(file.name) == file.text);
     }
     CHECK(deploy_text("60-haptic").empty());
-  }
-
-  TEST_CASE("60-haptic.rules: every identity of a driver, and no more") {
-    const std::string rules(deploy_text("60-haptic.rules"));
-    std::vector<UsbName> names;
-    const auto add = [&](const UsbProfile& p) {
-      names.push_back({p.name, p.vendor_id, p.product_id});
-    };
-    add(ReferenceDriver().profile());
-    add(FalconDriver(FalconSettings{}).profile());
-    add(PolhemDriver().profile());
-    for (const SpaceMouseModel& m : spacemouse_models())
-      names.push_back({"", m.vendor_id, m.product_id});
-    for (const UsbName& name : names) {
-      CAPTURE(udev_rule(name));
-      CHECK(has(rules, "\n" + udev_rule(name) + "\n"));
-    }
-    std::size_t count = 0;
-    for (std::size_t at = rules.find("uaccess\"\n"); at != std::string::npos;
-         at = rules.find("uaccess\"\n", at + 1))
-      count += 1;
-    CHECK(count == names.size());
   }
 
   TEST_CASE("haptic-limits.conf: the lines that the doctor names") {

@@ -53,10 +53,6 @@ class LookingDriver final : public Driver {
     profile_.product_id = kProduct;
     profile_.in_bytes = 16;
   }
-  [[nodiscard]] const UsbProfile& profile() const noexcept override { return profile_; }
-  [[nodiscard]] const DeviceCapabilities& capabilities() const noexcept override {
-    return capabilities_;
-  }
   HalStatus start(UsbPort&) noexcept override {
     got = claimed;
     return HalStatus::kStartFailed;
@@ -70,10 +66,6 @@ class LookingDriver final : public Driver {
   }
   std::size_t zero_report(std::span<std::uint8_t>) const noexcept override { return 0; }
   int got = -1;
-
- private:
-  UsbProfile profile_;
-  DeviceCapabilities capabilities_;
 };
 
 struct Found {

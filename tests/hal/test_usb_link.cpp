@@ -32,7 +32,6 @@ class NoDevice final : public Driver {
     ++looks;
     return profile_;
   }
-  const DeviceCapabilities& capabilities() const noexcept override { return capabilities_; }
   HalStatus start(UsbPort&) noexcept override {
     ++starts;
     return HalStatus::kOk;
@@ -47,10 +46,6 @@ class NoDevice final : public Driver {
   std::size_t zero_report(std::span<std::uint8_t>) const noexcept override { return 0; }
   int starts = 0;
   mutable int looks = 0;  ///< how often the link has asked what to look for
-
- private:
-  UsbProfile profile_;
-  DeviceCapabilities capabilities_;
 };
 
 struct Clock {

@@ -8,8 +8,6 @@
 
 namespace haptic::test {
 
-using hal::HalStatus;
-
 std::vector<std::uint8_t> spacemouse_descriptor(std::int16_t range, bool joined) {
   const auto most = static_cast<std::uint16_t>(range);
   const auto least = static_cast<std::uint16_t>(-range);
@@ -97,27 +95,6 @@ std::size_t SpaceMouseCounterpart::on_in(std::span<std::uint8_t> bytes) {
   const std::size_t count = std::min(bytes.size(), report.size());
   std::copy_n(report.begin(), count, bytes.begin());
   return count;
-}
-
-HalStatus SpaceMouseCounterpart::control(const hal::ControlRequest& request,
-                                         std::span<std::uint8_t> bytes, std::size_t& moved,
-                                         unsigned /*timeout_ms*/) noexcept {
-  moved = 0;
-  if (gone) return HalStatus::kDeviceGone;
-  return on_control(request, bytes, moved) ? HalStatus::kOk : HalStatus::kTransferFailed;
-}
-
-HalStatus SpaceMouseCounterpart::write(std::span<const std::uint8_t> /*bytes*/,
-                                       unsigned /*timeout_ms*/) noexcept {
-  return gone ? HalStatus::kDeviceGone : HalStatus::kDeviceUnfit;  // it has no OUT endpoint
-}
-
-HalStatus SpaceMouseCounterpart::read(std::span<std::uint8_t> bytes, std::size_t& moved,
-                                      unsigned /*timeout_ms*/) noexcept {
-  moved = 0;
-  if (gone) return HalStatus::kDeviceGone;
-  moved = on_in(bytes);
-  return moved > 0 ? HalStatus::kOk : HalStatus::kTimeout;
 }
 
 }  // namespace haptic::test

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "hal/drivers/usb_port.hpp"
+#include "tests/support/device_counterpart.hpp"
 
 namespace haptic::test {
 
@@ -19,14 +19,13 @@ namespace haptic::test {
 /// report (`joined`) or two, buttons, a light.
 [[nodiscard]] std::vector<std::uint8_t> spacemouse_descriptor(std::int16_t range, bool joined);
 
-class SpaceMouseCounterpart : public hal::UsbPort {
+class SpaceMouseCounterpart : public DeviceCounterpart {
  public:
   explicit SpaceMouseCounterpart(bool joined, std::int16_t range = 350)
       : descriptor(spacemouse_descriptor(range, joined)), joined_(joined) {}
 
   std::vector<std::uint8_t> descriptor;  ///< empty: the request is stalled
   bool takes_light = true;
-  bool gone = false;
 
   // World side.
   /// Queues the reports of a new displacement: one, or two of three axes each.
@@ -36,19 +35,10 @@ class SpaceMouseCounterpart : public hal::UsbPort {
   [[nodiscard]] int light() const { return light_; }  ///< -1: never set
 
   // Bytes.
-  /// Answer to a control request in `bytes`; false: stall.
   bool on_control(const hal::ControlRequest& request, std::span<std::uint8_t> bytes,
-                  std::size_t& moved);
-  /// The next report; 0: none, the bus sees NAK.
-  std::size_t on_in(std::span<std::uint8_t> bytes);
-
-  // UsbPort.
-  hal::HalStatus control(const hal::ControlRequest& request, std::span<std::uint8_t> bytes,
-                         std::size_t& moved, unsigned timeout_ms) noexcept override;
-  hal::HalStatus write(std::span<const std::uint8_t> bytes, unsigned timeout_ms) noexcept override;
-  hal::HalStatus read(std::span<std::uint8_t> bytes, std::size_t& moved,
-                      unsigned timeout_ms) noexcept override;
-  [[nodiscard]] bool cancelled() const noexcept override { return false; }
+                  std::size_t& moved) override;
+  bool on_out(std::span<const std::uint8_t> /*bytes*/) override { return false; }
+  std::size_t on_in(std::span<std::uint8_t> bytes) override;
 
  private:
   bool joined_;

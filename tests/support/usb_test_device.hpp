@@ -44,10 +44,6 @@ struct UsbTestDevice final : sim::UsbFunction {
 class UsbTestDriver final : public hal::Driver {
  public:
   UsbTestDriver();
-  [[nodiscard]] const hal::UsbProfile& profile() const noexcept override { return profile_; }
-  [[nodiscard]] const hal::DeviceCapabilities& capabilities() const noexcept override {
-    return capabilities_;
-  }
   [[nodiscard]] hal::HalStatus start(hal::UsbPort& port) noexcept override;
   [[nodiscard]] hal::ReportVerdict read(std::span<const std::uint8_t> report, std::int64_t stamp_ns,
                                         DeviceState& state) noexcept override;
@@ -68,8 +64,6 @@ class UsbTestDriver final : public hal::Driver {
   int starts = 0;
 
  private:
-  hal::UsbProfile profile_;
-  hal::DeviceCapabilities capabilities_;
   std::uint32_t last_ = 0;
 };
 

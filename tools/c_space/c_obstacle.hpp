@@ -74,8 +74,7 @@ class ObstacleSearch {
   NearPairs pairs_;
 };
 
-/// Whether a basic contact can only separate: one of its features lies inside its part.
-/// @param r_wa  the rotation of A; normal: of the contact, outward from B, W axes.
+/// True if a basic contact can only separate: one of its features lies inside its part.
 [[nodiscard]] bool only_separates(const PairView& pair, const Mat3& r_wa, std::uint32_t node,
                                   const Vector& normal);
 

@@ -27,7 +27,7 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
              : "; did you mean '" + known[static_cast<std::size_t>(at - names.begin())] + "'?";
 }
 
-/// What to do instead, or nothing.
+/// Advice where to find the option, or nothing.
 std::string found_elsewhere(const CLI::App& app, std::span<const Command> commands,
                             const std::string& option) {
   for (const Command& command : commands) {
@@ -111,7 +111,7 @@ void finish_help(CLI::App& app, const std::string& example, const std::string& e
   app.footer(footer);
 }
 
-/// What CLI11 has to say, in one line and with the command's name.
+/// The message of CLI11, in one line and with the command's name.
 std::string text_of(const CLI::ParseError& error) {
   std::string text = error.what();
   std::ranges::replace(text, '\n', ' ');

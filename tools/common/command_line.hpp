@@ -36,7 +36,7 @@ using OtherCommands = std::vector<std::string>;
                               const std::string& exit_codes, int argc, const char* const* argv,
                               const OtherCommands& others = {});
 
-/// What the exit codes of a program mean where it has no meaning of its own for 1.
+/// Meaning of the exit codes for a program that has no meaning of its own for 1.
 inline constexpr const char* kCommonExitCodes =
     "0 done, 1 a check failed, 2 usage, 3 bad input, 4 the device or the system refused";
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a file is, by its content: so that an output replaces nothing but a file of its own kind.
+/// Recognises the kind of a file by its content, so that an output replaces nothing but a file of
+/// its own kind.
 
 #include <cstdint>
 #include <filesystem>
@@ -29,9 +30,9 @@ enum class FileFormat : std::uint8_t {
 /// Two files are of one kind if both members are equal.
 struct FileKind {
   FileFormat format = FileFormat::kOther;
-  /// What tells files of one format apart: the first three columns of CSV, the first key of JSON,
-  /// "scene file" and the like of TOML, the format of a mesh (of OBJ with a remark in front also
-  /// its first words), the first words of other text, without digits.
+  /// Text that distinguishes files of one format: the first three columns of CSV, the first key of
+  /// JSON, "scene file" and the like of TOML, the format of a mesh (of OBJ with a remark in front
+  /// also its first words), the first words of other text, without digits.
   std::string mark;
 
   friend bool operator==(const FileKind&, const FileKind&) = default;
@@ -47,7 +48,7 @@ inline constexpr std::size_t kKindBytes = 65536;
 /// "a compiled scene", "CSV with the columns t,x,y".
 [[nodiscard]] std::string to_text(const FileKind& kind);
 
-/// What programs write under a name of the user's.
+/// Kinds of the files that programs write under a name of the user's.
 [[nodiscard]] FileKind csv_kind(std::string_view header);
 [[nodiscard]] FileKind json_kind(std::string_view first_key);
 [[nodiscard]] FileKind text_kind(std::string_view first_line);

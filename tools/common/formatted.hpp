@@ -7,7 +7,7 @@
 
 namespace haptic::tools {
 
-/// What printf would write, of any length.
+/// The text that printf would write, of any length.
 [[nodiscard, gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...);
 
 /// Appends the same and the end of a line.

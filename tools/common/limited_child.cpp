@@ -21,7 +21,7 @@
 namespace haptic::tools {
 namespace {
 
-// What the child writes first.
+// The first byte that the child writes.
 constexpr char kAnswer = 'a', kException = 'e', kNoMemory = 'm';
 /// Between the signal that the time is up and the end in any case [s].
 constexpr rlim_t kGrace_s = 5;
@@ -47,7 +47,7 @@ std::string receive_all(int from, std::size_t most) {
   return text;
 }
 
-/// Of this process at present [bytes].
+/// Address space that this process uses now [bytes].
 rlim_t address_space() {
   unsigned long pages = 0;
   if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {

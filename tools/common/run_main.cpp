@@ -18,7 +18,7 @@ int run_main(const char* program, const std::function<int()>& body) {
   const auto say = [&](const char* text) { std::fprintf(stderr, "%s: %s\n", program, text); };
   try {
     const int code = body();
-    // What was asked for was not given when nobody could read it.
+    // If the output could not be written, the program has not done what it was asked for.
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
       say(("standard output cannot be written: " + std::string(std::strerror(errno))).c_str());
       return kExitDeviceOrOs;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What people are told when they load a scene of which a body is not the solid of its mesh.
+/// The warning for people who load a scene in which a body is not the solid of its mesh.
 
 #include <string>
 #include <vector>

@@ -21,8 +21,8 @@ struct Range {
   bool open_low = false;
 };
 
-/// Of the length of a quaternion as people type it, as host_sim has it for motions: beyond, one of
-/// the numbers is wrong.
+/// Tolerance of the length of a quaternion as people type it, the same as host_sim has for motions:
+/// beyond it one of the numbers is wrong.
 inline constexpr double kQuaternionTolerance = 1.0e-3;
 
 class TomlTable {

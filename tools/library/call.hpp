@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What every function of the C interface does first and last: structures of a size that is known,
-/// numbers within their range, exceptions turned into error numbers.
+/// Begin and end of every function of the C interface: structures of a known size, numbers within
+/// their range, exceptions turned into error numbers.
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +27,7 @@ template <class T>
   return value >= low && value <= high;  // false for NaN
 }
 
-/// Of seven numbers x y z, x y z w.
+/// Pose of seven numbers x y z, x y z w.
 [[nodiscard]] inline Pose pose_of_numbers(const double* p) noexcept {
   const auto real = [](double x) { return static_cast<Real>(x); };
   return {Vec3(real(p[0]), real(p[1]), real(p[2])),

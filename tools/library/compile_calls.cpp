@@ -117,7 +117,7 @@ ScenePart scene_part(const haptic_part& given, const std::string& role) {
   return part;
 }
 
-/// What a scene file with the same parts and numbers would say.
+/// The scene file with the same parts and numbers.
 SceneFile scene_of(const haptic_compile_input& input) {
   SceneFile scene;
   scene.name = input.name != nullptr && *input.name != '\0' ? input.name : "scene";

@@ -67,7 +67,7 @@ HAPTIC_API const char* haptic_error_text(int error);
 /// Alignment of a scene's bytes and of a core's memory.
 #define HAPTIC_ALIGNMENT 64
 
-/// What is in a scene.
+/// Contents of a scene.
 typedef struct haptic_scene_info {
   uint32_t struct_size;
   uint32_t parts;            ///< the part in the hand and the fixed ones
@@ -90,7 +90,7 @@ typedef struct haptic_scene_info {
 /// Any thread. Cost: one pass over the bytes.
 HAPTIC_API int haptic_scene_read(const void* scene, size_t scene_bytes, haptic_scene_info* info);
 
-/// What a session came to, gravest first. From HAPTIC_VERDICT_ENERGY on it has failed.
+/// Result of a session, gravest first. From HAPTIC_VERDICT_ENERGY on it has failed.
 typedef enum haptic_verdict_code {
   HAPTIC_VERDICT_FOLLOWED = 0,    ///< the part followed the hand, but for what is counted
   HAPTIC_VERDICT_NO_TICKS = 1,    ///< there was none
@@ -140,7 +140,7 @@ typedef struct haptic_core haptic_core;
 HAPTIC_API int haptic_core_create(const void* scene, size_t scene_bytes, void* memory,
                                   size_t memory_bytes, haptic_core** core);
 
-/// What one tick is given.
+/// Input of one tick.
 typedef struct haptic_step_input {
   uint32_t struct_size;
   uint32_t clutched;  ///< not 0: the goal stays where it is, the wrench ramps out
@@ -152,7 +152,7 @@ typedef struct haptic_step_input {
     sizeof(haptic_step_input), 0, 0, { 0, 0, 0, 0, 0, 0, 1 } \
   }
 
-/// What one tick returns.
+/// Output of one tick.
 typedef struct haptic_step_output {
   uint32_t struct_size;
   uint32_t situation;   ///< 0 none, 1 face_vertex, 2 vertex_face, 3 edge_edge, 4 edge_face, 5
@@ -290,8 +290,8 @@ HAPTIC_API int haptic_compiled_free(haptic_compiled** compiled);
 
 typedef struct haptic_session haptic_session;
 
-/// What the simulated hand does with the deadman switch. On a machine that is busy a tick comes too
-/// late now and then, which takes the force away until the switch is pressed again.
+/// Use of the deadman switch by the simulated hand. On a machine that is busy a tick comes too late
+/// now and then, which takes the force away until the switch is pressed again.
 typedef enum haptic_hold {
   HAPTIC_RELEASE = 0,
   HAPTIC_HOLD = 1,

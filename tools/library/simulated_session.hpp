@@ -24,7 +24,7 @@
 
 namespace haptic::tools {
 
-/// What the owner wants of the hand: handle poses in D.
+/// Order of the owner to the hand: handle poses in D.
 struct HandOrder {
   std::uint64_t number = 0;  ///< of the goal; 0: none yet
   double pose_dh[7] = {0, 0, 0, 0, 0, 0, 1};

@@ -25,8 +25,8 @@ struct TouchPlane {
   TouchKind kind = TouchKind::kEdges;
 };
 
-/// Of a piece at a pose, or where its body stands: the least of normal.x, and how many vertices are
-/// no farther from it than `near_m`.
+/// Extreme of a piece at a pose, or where its body stands: the least of normal.x, and how many
+/// vertices are no farther from it than `near_m`.
 struct Extreme {
   double least = 0;
   int count = 0;

@@ -193,7 +193,7 @@ PlanPlane read_plane(PlanReader& in, std::size_t steps, std::size_t& runs) {
   return plane;
 }
 
-/// Whether a pair has two planes in one step.
+/// True if a pair has two planes in one step.
 bool has_two_planes(const Plan& plan) {
   std::vector<PlanRun> runs;
   for (const PlanPlane& plane : plan.planes) {

@@ -28,7 +28,8 @@ namespace haptic::tools {
 /// the other.
 struct PlanDirection {
   char kind = 'B';  ///< 'A', 'B' or 'C'
-  /// Of about unit length; zero where the kind has none. of_a in the frame of A, of_b in W.
+  /// Directions of about unit length; zero where the kind has none. of_a in the frame of A, of_b in
+  /// W.
   std::array<double, 3> of_a{}, of_b{};
 
   friend auto operator<=>(const PlanDirection&, const PlanDirection&) = default;

@@ -238,7 +238,7 @@ double most_tolerance_m(const SceneView& scene) {
 
 namespace {
 
-/// What a station says otherwise than its planes prove; empty: nothing.
+/// The first statement of a station that its planes do not prove; empty: all are proved.
 std::string failure_of_station(const PlanCheck& check, const Plan& plan, std::size_t number,
                                const std::vector<PlanWitness>* before,
                                const std::vector<PlanWitness>* after) {

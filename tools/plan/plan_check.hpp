@@ -23,7 +23,7 @@
 
 namespace haptic::tools {
 
-/// What proves one step.
+/// Proof of one step.
 struct StepProof {
   bool holds = false;
   Wide least_m = 0;                        ///< lower bound of every pair's distance along the way
@@ -47,7 +47,7 @@ class PlanCheck {
   [[nodiscard]] StepProof step(const PlanPose& from, const PlanPose& to,
                                const std::vector<PlanWitness>& planes, double tolerance_m) const;
 
-  /// What the planes of the steps before and after a pose prove of it. Either may be null.
+  /// Proof of a pose by the planes of the steps before and after it. Either may be null.
   [[nodiscard]] StationProof station(const PlanPose& pose, const std::vector<PlanWitness>* before,
                                      const std::vector<PlanWitness>* after, double contact_m) const;
 
@@ -68,7 +68,7 @@ class PlanCheck {
   };
   [[nodiscard]] static Placed placed(const PlanPose& pose);
   [[nodiscard]] static Wide3 turned(const Placed& at, const Wide3& v);
-  /// Of unit length; zero where two edges are parallel.
+  /// Normal of unit length; zero where two edges are parallel.
   [[nodiscard]] static Wide3 normal(const Placed& at, const PlanDirection& direction);
   [[nodiscard]] Wide gap_m(const Placed& at, const Piece& a, const Piece& b, const Wide3& n) const;
 
@@ -77,7 +77,7 @@ class PlanCheck {
   std::uint32_t moving_ = 0;  ///< pieces of A; they come first
 };
 
-/// What the check of a whole plan found.
+/// Result of the check of a whole plan.
 struct PlanProof {
   std::uint64_t steps = 0, certified = 0, pairs = 0;
   std::uint64_t planes = 0,

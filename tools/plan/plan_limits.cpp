@@ -9,7 +9,8 @@
 
 namespace haptic::tools {
 
-/// Of the pose's quaternion and that of the middle: the cosine of half the angle, but for its sign.
+/// Product of the pose's quaternion and that of the middle: the cosine of half the angle, but for
+/// its sign.
 double PlanLimits::product(const PlanPose& pose) const {
   const double* const q = envelope_.q_wa_xyzw;
   return pose.q_wxyz[0] * q[3] + pose.q_wxyz[1] * q[0] + pose.q_wxyz[2] * q[1] +

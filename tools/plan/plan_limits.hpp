@@ -23,7 +23,7 @@ class PlanLimits {
   [[nodiscard]] double high_m(int axis) const { return envelope_.max_m[axis]; }
 
   [[nodiscard]] bool hold(const PlanPose& pose) const;
-  /// Whether the straight step between two poses that are inside is inside.
+  /// True if the straight step between two poses that are inside is inside.
   [[nodiscard]] bool hold_between(const PlanPose& from, const PlanPose& to) const;
   /// Which limit a pose leaves, as a sentence with the two values; empty: none.
   [[nodiscard]] std::string left_by(const PlanPose& pose) const;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a person is told about arming: why it does not come about, what to do about each fault, and
-/// where the part begins, with the keys of the configuration and of the scene that change it.
+/// Words about arming: why it does not come about, what to do about each fault, and where the part
+/// begins, with the keys of the configuration and of the scene that change it.
 
 #include <cstdint>
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace haptic::tools {
 
-/// Of the newest tick of a servo process.
+/// State of arming in the newest tick of a servo process.
 struct ArmingNews {
   std::uint32_t waits = 0;        ///< ArmingWait
   std::uint32_t present = 0;      ///< SafetyFault: causes that are there now
@@ -29,7 +29,7 @@ class ArmingNewsTaker {
  public:
   /// `parameters`: of the tick, its grip point and start from the scene.
   explicit ArmingNewsTaker(const ServoParameters& parameters) noexcept;
-  /// Of one tick, in order. Servo thread; cost: a constant.
+  /// Takes one tick, in order. Servo thread; cost: a constant.
   void take(const ServoInput& input, const ServoResult& result) noexcept;
   [[nodiscard]] const ArmingNews& news() const noexcept { return news_; }
 
@@ -39,11 +39,11 @@ class ArmingNewsTaker {
   ArmingNews news_;
 };
 
-/// What has to come first, the first of all alone: "the part starts inside an obstacle, for 12
-/// ticks so far; ...". Empty: nothing, it is armed or arming.
+/// The next condition for arming: "the part starts inside an obstacle, for 12 ticks so far; ...".
+/// Empty: none, it is armed or arming.
 [[nodiscard]] std::string wait_text(const ArmingNews& news);
 
-/// What to do about faults (SafetyFault), a clause for each bit of `faults`, and how to arm then.
+/// The fixes for faults (SafetyFault), a clause for each bit of `faults`, and how to arm then.
 /// Empty where there is none.
 [[nodiscard]] std::string fix_text(std::uint32_t faults, const ArmingNews& news);
 

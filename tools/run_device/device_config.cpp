@@ -2,18 +2,15 @@
 #include "tools/run_device/device_config.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
+#include <iomanip>
 #include <limits>
 #include <optional>
 #include <sstream>
 
 #include "hal/device_limits.hpp"
-#include "hal/drivers/falcon_driver.hpp"
-#include "hal/drivers/polhem_driver.hpp"
-#include "hal/drivers/reference_driver.hpp"
-#include "hal/drivers/spacemouse_driver.hpp"
+#include "hal/drivers/driver_registry.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
@@ -25,10 +22,8 @@ namespace haptic::tools {
 namespace {
 
 constexpr std::size_t kLargestFileBytes = std::size_t{1} << 20;
-constexpr std::array<const char*, 5> kDriverNames = {"reference", "falcon", "spacemouse", "polhem",
-                                                     "sim"};
+constexpr const char* kSimulated = "sim";
 constexpr std::string_view kSocketPrefix = "unix:";
-constexpr const char* kDriverMend = "the drivers are: reference, falcon, spacemouse, polhem, sim";
 constexpr Range kRate_hz{50.0, 10'000.0};
 constexpr Range kScale{1e-3, 1e3};
 constexpr Range kOffset_m{-1e3, 1e3};
@@ -45,98 +40,102 @@ std::int64_t integer_in(const TomlTable& t, std::string_view key, std::int64_t l
   return value;
 }
 
-struct FirmwareConfig {
-  std::string path;
-  std::vector<hal::Sha256Digest> known;
-  bool accept_unknown = false;
-};
-
-std::unique_ptr<hal::Driver> driver_of(const std::string& name, const hal::UsbAddress& address,
-                                       const FirmwareConfig& firmware, bool has_deadman) {
-  if (name == "falcon") {
-    hal::FalconSettings settings;
-    settings.firmware_path = firmware.path;
-    settings.known_firmware = firmware.known;
-    settings.accept_unknown_firmware = firmware.accept_unknown;
-    return std::make_unique<hal::FalconDriver>(settings);
-  }
-  if (name == "polhem") {
-    hal::PolhemSettings settings;
-    settings.has_deadman = has_deadman;
-    return std::make_unique<hal::PolhemDriver>(settings);
-  }
-  if (name == "spacemouse") {
-    hal::SpaceMouseSettings settings;
-    if (address.vendor_id != 0) settings.vendor_id = address.vendor_id;
-    if (address.vendor_id != 0) settings.product_id = address.product_id;
-    return std::make_unique<hal::SpaceMouseDriver>(settings);
-  }
-  return std::make_unique<hal::ReferenceDriver>();
+bool has_key(const hal::DriverRow* row, std::string_view name) {
+  return row != nullptr && std::any_of(row->keys.begin(), row->keys.end(),
+                                       [&](const hal::DriverKey& key) { return key.name == name; });
 }
 
-/// Hashes as sha256sum prints them, separated by spaces.
-std::vector<hal::Sha256Digest> read_hashes(const TomlTable& device) {
-  std::vector<hal::Sha256Digest> hashes;
-  std::istringstream words(device.text("firmware_sha256").value_or(""));
-  for (std::string word; words >> word;) {
-    hal::Sha256Digest digest;
-    if (!hal::parse_sha256(word, digest))
-      device.fail("firmware_sha256",
-                  "'" + word + "' is no SHA-256; give the 64 digits that sha256sum FILE prints");
-    hashes.push_back(digest);
+/// The keys of `[device]` that a driver has beyond those of all.
+/// @param row  of the file's driver; null: `sim`, which has none.
+/// @param used  the values go to a device; else they are checked alone.
+void read_driver_keys(const TomlTable& device, const hal::DriverRow* row,
+                      const std::filesystem::path& folder, bool used, hal::DriverOptions& options) {
+  for (const hal::DriverRow& other : hal::driver_rows()) {
+    for (const hal::DriverKey& key : other.keys) {
+      if (device.has(key.name) && !has_key(row, key.name))
+        device.fail(key.name, "is a key of driver '" + std::string(other.name) +
+                                  "' and of no other; remove the key");
+    }
   }
-  return hashes;
+  if (row == nullptr) return;
+  for (const hal::DriverKey& key : row->keys) {
+    if (!device.has(key.name)) continue;
+    switch (key.kind) {
+      case hal::DriverKey::Kind::kText:
+        options.values.emplace_back(key.name, *device.text(key.name));
+        break;
+      case hal::DriverKey::Kind::kPath: {
+        const std::string path = (folder / *device.path(key.name)).string();
+        std::error_code error;
+        if (used && std::filesystem::is_regular_file(path, error))
+          note_input(path, "the " + std::string(key.name));
+        options.values.emplace_back(key.name, path);
+        break;
+      }
+      case hal::DriverKey::Kind::kFlag:
+        options.values.emplace_back(key.name, *device.flag(key.name));
+        break;
+      case hal::DriverKey::Kind::kNumber:
+        options.values.emplace_back(key.name, *device.number(key.name, {key.least, key.most}));
+        break;
+    }
+  }
+}
+
+void read_address(const TomlTable& device, const std::filesystem::path& folder, bool used,
+                  DeviceConfig& config) {
+  const auto address = device.text("address");
+  if (!address) return;
+  if (address->starts_with(kSocketPrefix)) {
+    if (address->size() == kSocketPrefix.size())
+      device.fail("address", "names no socket; give unix:PATH");
+    if (used) config.socket_path = (folder / address->substr(kSocketPrefix.size())).string();
+    return;
+  }
+  hal::UsbAddress read;
+  if (!hal::parse_usb_address(*address, read))
+    device.fail("address", "'" + *address +
+                               "' is no address; give VID:PID or VID:PID:SERIAL in "
+                               "hexadecimal, as lsusb shows it, its place on the bus, as in "
+                               "1-2.3, or both, joined by @");
+  if (used) config.address = read;
 }
 
 void read_device(const TomlTable& top, const std::filesystem::path& folder,
                  const std::string& chosen, DeviceConfig& config) {
-  const auto device = top.table(
-      "device", {"driver", "address", "firmware", "firmware_sha256", "firmware_accept_unknown"});
+  std::vector<std::string_view> known = {"driver", "address"};
+  for (const hal::DriverRow& row : hal::driver_rows()) {
+    for (const hal::DriverKey& key : row.keys) known.push_back(key.name);
+  }
+  const auto device = top.table("device", known);
   if (!device && chosen.empty()) top.fail_missing("device", "add the table [device] with driver");
-  std::string driver = chosen;
-  FirmwareConfig firmware;
+  config.driver_name = chosen;
+  hal::DriverOptions options;
+  options.has_deadman = !config.deadman_input.path.empty();
+  hal::DriverDefect defect;
   if (device) {
     const auto named = device->text("driver");
-    if (!named && chosen.empty()) device->fail_missing("driver", kDriverMend);
+    if (!named && chosen.empty()) device->fail_missing("driver", driver_list());
     if (named && !is_driver_name(*named))
-      device->fail("driver", "no driver '" + *named + "'; " + kDriverMend);
-    // Address and firmware are those of the device in the file.
-    const bool own = chosen.empty() || (named && *named == chosen);
-    if (chosen.empty()) driver = *named;
-    const auto address = device->text("address");
-    if (address && address->starts_with(kSocketPrefix)) {
-      if (address->size() == kSocketPrefix.size())
-        device->fail("address", "names no socket; give unix:PATH");
-      if (own) config.socket_path = (folder / address->substr(kSocketPrefix.size())).string();
-    } else if (address) {
-      hal::UsbAddress read;
-      if (!hal::parse_usb_address(*address, read))
-        device->fail("address", "'" + *address +
-                                    "' is no address; give VID:PID or VID:PID:SERIAL in "
-                                    "hexadecimal, as lsusb shows it, its place on the bus, as in "
-                                    "1-2.3, or both, joined by @");
-      if (own) config.address = read;
-    }
-    if (const auto file = device->path("firmware")) {
-      if (named && *named != "falcon")
-        device->fail("firmware", "only the falcon loads firmware; remove the key");
-      if (own) firmware.path = (folder / *file).string();
-      std::error_code error;
-      if (own && std::filesystem::is_regular_file(firmware.path, error))
-        note_input(firmware.path, "the firmware");
-    }
-    for (const char* key : {"firmware_sha256", "firmware_accept_unknown"}) {
-      if (device->has(key) && !device->has("firmware"))
-        device->fail(key,
-                     "says how to check the firmware, and none is named; add firmware or "
-                     "remove the key");
-    }
-    firmware.known = read_hashes(*device);
-    firmware.accept_unknown = device->flag("firmware_accept_unknown").value_or(false);
+      device->fail("driver", "no driver '" + *named + "'; " + driver_list());
+    if (chosen.empty()) config.driver_name = *named;
+    // Address and keys are those of the file's driver; without a name there, of the chosen one.
+    const std::string& name = named ? *named : chosen;
+    const hal::DriverRow* const row = hal::find_driver(name);
+    const bool used = name == config.driver_name && row != nullptr;
+    read_address(*device, folder, used, config);
+    hal::DriverOptions of_file = options;
+    read_driver_keys(*device, row, folder, used, of_file);
+    of_file.vendor_id = config.address.vendor_id;
+    of_file.product_id = config.address.product_id;
+    if (row != nullptr && row->make(of_file, defect) == nullptr)
+      device->fail(defect.key, defect.text);
+    if (used) options = of_file;
   }
-  config.driver_name = driver;
-  config.simulated = driver == "sim";
-  config.driver = driver_of(driver, config.address, firmware, !config.deadman_input.path.empty());
+  config.simulated = config.driver_name == kSimulated;
+  const hal::DriverRow* const row = hal::find_driver(config.driver_name);
+  // The simulated device speaks the protocol of the reference device.
+  config.driver = (row != nullptr ? *row : hal::driver_rows().front()).make(options, defect);
   config.has_motors = !config.simulated && config.driver->capabilities().driven_dof != 0;
 }
 
@@ -286,7 +285,25 @@ void read_switches(const TomlTable& top, DeviceConfig& config) {
 }  // namespace
 
 bool is_driver_name(const std::string& name) {
-  return std::find(kDriverNames.begin(), kDriverNames.end(), name) != kDriverNames.end();
+  return name == kSimulated || hal::find_driver(name) != nullptr;
+}
+
+std::string driver_list() {
+  std::string names = "the drivers are: ";
+  for (const hal::DriverRow& row : hal::driver_rows()) names += std::string(row.name) + ", ";
+  return names + kSimulated;
+}
+
+std::string driver_help() {
+  std::ostringstream text;
+  text << std::left << "[device] driver is one of\n";
+  for (const hal::DriverRow& row : hal::driver_rows()) {
+    text << "  " << std::setw(12) << row.name << row.product << '\n';
+    for (const hal::DriverKey& key : row.keys)
+      text << "    " << std::setw(24) << key.name << key.help << '\n';
+  }
+  text << "  " << std::setw(12) << kSimulated << "a handle in this process; no hardware\n";
+  return text.str();
 }
 
 DeviceConfig read_device_config(const std::filesystem::path& path, const std::string& device) {

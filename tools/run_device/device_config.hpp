@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What `run_device run` reads from its file: scene, device, loop, workspace, limits, switches,
+/// The configuration of `run_device run`: scene, device, loop, workspace, limits, switches,
 /// recorder. The table of keys is in README.md.
 
 #include <filesystem>
@@ -41,8 +41,14 @@ struct DeviceConfig {
   std::filesystem::path crash_file;  ///< empty: the last ticks go to stderr alone
 };
 
-/// Names that [device] driver may have: "reference", "falcon", "spacemouse", "polhem", "sim".
+/// Names that [device] driver may have: those of hal/drivers/driver_registry.hpp, and "sim".
 [[nodiscard]] bool is_driver_name(const std::string& name);
+
+/// "the drivers are: ..., sim".
+[[nodiscard]] std::string driver_list();
+
+/// For the help: each with its product and its keys, a line each.
+[[nodiscard]] std::string driver_help();
 
 /// Paths in the file count from its folder.
 /// @param device  instead of the file's [device] driver; empty: as the file says.

@@ -168,7 +168,7 @@ class Fit {
     };
     DeviceParameters& d = p.device;
     take(device_.mass_kg, d.mass_kg);
-    // Of a device that states its mass, a damping of 0 is none.
+    // A device that states its mass and a damping of 0 has no damping.
     if (device_.mass_kg > 0) d.damping_ns_per_m = static_cast<double>(device_.damping_ns_per_m);
     take(device_.coulomb_friction_n, d.coulomb_friction_n);
     take(device_.encoder_step_m, d.encoder_step_m);

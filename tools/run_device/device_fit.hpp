@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Whether scene, workspace map and loop fit the device that is connected, by what it states of
-/// itself; and what a loop that the machine does not serve in time may still exert.
+/// Checks whether scene, workspace map and loop fit the device that is connected, by what it states
+/// of itself; and how much force a loop may still exert that the machine does not serve in time.
 
 #include <cstdint>
 #include <mutex>
@@ -15,7 +15,7 @@
 
 namespace haptic::tools {
 
-/// What is asked of a device, apart from the device.
+/// Demands on a device, apart from the device.
 struct FitQuestion {
   SceneParameters scene{};
   double radius_m = 0;  ///< r_A: of the moving part about its grip
@@ -59,7 +59,7 @@ class DeviceGate {
       : question_(question), limits_(limits) {}
   /// @return the refusal.
   [[nodiscard]] std::string admit(const hal::DeviceCapabilities& device);
-  /// Of the newest connection.
+  /// Refusal of the newest connection.
   [[nodiscard]] std::string refusal() const;
   /// Notes that differ from those of the connection before; each set once.
   [[nodiscard]] std::vector<std::string> take_notes();
@@ -72,7 +72,7 @@ class DeviceGate {
   std::vector<std::string> told_, untold_;
 };
 
-/// What the machine grants a loop on a device with motors.
+/// Grants of the machine to a loop on a device with motors.
 struct MachineFit {
   bool fit = true;
   double share = 1;   ///< of force and torque that a degraded loop may exert

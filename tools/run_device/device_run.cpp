@@ -65,7 +65,7 @@ void note_refusals(const char* who, const std::array<hal::StepGrant, N>& grants,
   }
 }
 
-/// Whether the link's thread will get its core and priority: known before the link has its limits.
+/// True if the link's thread will get its core and priority: known before the link has its limits.
 /// Tried on this thread, which has neither afterwards.
 bool grants_link_thread(const LoopConfig& loop) {
   cpu_set_t before;

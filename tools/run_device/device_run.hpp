@@ -79,7 +79,7 @@ struct RunAccount {
   double share = 1;                ///< of force and torque, as the machine is fit for them
 };
 
-/// What a run reports while it goes on; called on the thread that runs it.
+/// Reports of a run while it goes on; called on the thread that runs it.
 struct RunWatch {
   double status_every_s = 1.0;
   std::function<void(const RunStatus&)> status;

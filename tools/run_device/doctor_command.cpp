@@ -25,7 +25,7 @@
 namespace haptic::tools {
 namespace {
 
-// What the doctor found, for people and for programs.
+// Output of the doctor's findings, for people and for programs.
 
 /// Width that prose is wrapped to [columns]. Commands and lines of files are not: they are copied.
 inline constexpr std::size_t kReportColumns = 100;

@@ -9,7 +9,7 @@
 namespace haptic::tools {
 namespace {
 
-// Of rounding to a device's units, from which the next step counts; steps are of newtons.
+// Rounding to a device's units, from which the next step counts; steps are of newtons.
 constexpr double kSlack_n = 1e-4;
 
 }  // namespace

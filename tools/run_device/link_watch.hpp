@@ -19,7 +19,7 @@ namespace haptic::tools {
 struct RunEnding {
   double force_n = 0;         ///< of the last output before
   std::uint64_t outputs = 0;  ///< since then
-  /// Of them, those that differ from the one before by more than the slew limit allows in the time
+  /// Commands that differ from the one before by more than the slew limit allows in the time
   /// between; within a ramp there is none.
   std::uint64_t jumps = 0;
   double last_force_n = 0, last_torque_nm = 0;

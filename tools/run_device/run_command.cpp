@@ -316,7 +316,7 @@ struct LiveView {
   SceneView view;
 };
 
-/// What a run tells: by threads of their own, which begin once the processes are forked.
+/// Prints the events of a run on threads of their own, which begin once the processes are forked.
 class RunTeller {
  public:
   /// `view`: of a run that is watched, or nullptr.
@@ -419,7 +419,7 @@ int run(const RunOptions& o) {
 }
 
 std::string check_driver(const std::string& name) {
-  return is_driver_name(name) ? "" : "no device '" + name + "'; see [device] driver";
+  return is_driver_name(name) ? "" : "no device '" + name + "'; " + driver_list();
 }
 
 }  // namespace
@@ -455,7 +455,8 @@ Command add_run_command(CLI::App& program) {
   sim::add_serve_options(*app, o->live);
   app->add_flag("--json", o->json, "status and summary as JSON, a line each, on stdout");
   app->footer(
-      "Exit codes: 0 ended in order, 1 the part did not follow the hand as it should (the last "
+      driver_help() +
+      "\nExit codes: 0 ended in order, 1 the part did not follow the hand as it should (the last "
       "line\n"
       "says so), the servo process crashed or --seconds were over before --ticks, 2 usage, 3 bad\n"
       "configuration or scene, 4 the machine refused (with strict: anything asked for), or the "

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What happens in a run, told when it happens: connections, arming, faults, trouble of the link,
-/// ends of processes. Found by comparing one look at the run with the one before.
+/// The events of a run, reported when they happen: connections, arming, faults, trouble of the
+/// link, ends of processes. Found by comparing one look at the run with the one before.
 
 #include <cstdint>
 #include <functional>
@@ -35,9 +35,9 @@ class RunEvents {
  public:
   explicit RunEvents(std::function<void(const RunEvent&)> told) : told_(std::move(told)) {}
 
-  /// What has changed since the last look.
+  /// Reports the changes since the last look.
   void look(const RunStatus& status);
-  /// What has held up an arming for this long is told, once.
+  /// A cause that has delayed an arming for this long is reported, once.
   static constexpr double kLongWait_s = 1.0;
   void tell(double t_s, const std::string& event, const std::string& text, LineLevel level) const;
 

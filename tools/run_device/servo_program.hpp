@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What the servo process of `run_device run` does, and what it tells the process that holds the
-/// device: a status after each tick, and an account that is read once it has ended.
+/// The servo process of `run_device run`, and its messages to the process that holds the device: a
+/// status after each tick, and an account that is read once it has ended.
 
 #include <array>
 #include <atomic>
@@ -37,7 +37,7 @@ struct TickCounts {
   double largest_force_n = 0, largest_torque_nm = 0;                ///< commanded
 };
 
-/// Of the ticks that are counted.
+/// Times of the ticks that are counted.
 struct ServoTimes {
   hal::IntervalHistogram wakeups;  ///< how late
   hal::IntervalHistogram ticks;    ///< from the look at the clock to the command published
@@ -57,7 +57,7 @@ struct ServoStatus {
   SessionVerdict verdict;  ///< of all ticks so far in which the core rendered, armed or not
 };
 
-/// What a servo process asked Linux for, and what came of it.
+/// Requests of a servo process to Linux, and the answers.
 struct ServoGrants {
   std::array<hal::StepGrant, 3> process;
   std::array<hal::StepGrant, 4> thread;
@@ -98,7 +98,7 @@ struct ServoBoard {
 [[nodiscard]] std::array<hal::StepGrant, 3> start_process(hal::RealtimeProcess& process,
                                                           const hal::ProcessSettings& settings);
 
-/// What scene, map and loop ask of the device.
+/// Demands of scene, map and loop on the device.
 [[nodiscard]] FitQuestion fit_question(const DeviceConfig& config, const SceneBytes& scene);
 
 /// Records of the flight recorder for the configured time.

@@ -19,7 +19,7 @@ class StopKey {
   StopKey(const StopKey&) = delete;
   StopKey& operator=(const StopKey&) = delete;
 
-  /// Whether space, `e` or `E` was pressed since the last call. A few system calls.
+  /// True if space, `e` or `E` was pressed since the last call. A few system calls.
   [[nodiscard]] bool pressed() noexcept;
   [[nodiscard]] bool has_terminal() const noexcept { return terminal_ >= 0; }
 

@@ -39,9 +39,9 @@ class Teller {
   /// A file, whole or not at all; what refuses it is said on standard error.
   void write_file(const std::filesystem::path& path, const std::string& content);
 
-  /// What has been said is written, as far as the readers take it within kLongestFinish_ms; who
-  /// does not read misses the rest. @return whether all of standard output was written; a reader
-  /// that has gone did not want it.
+  /// Writes what is still unwritten, as far as the readers take it within kLongestFinish_ms; a
+  /// reader that does not read misses the rest. @return true if all of standard output was written,
+  /// or its reader has gone.
   bool finish();
 
  private:

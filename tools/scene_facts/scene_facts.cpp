@@ -114,7 +114,7 @@ PairFacts pair_facts(const PairView& pair, const PieceSpread& a, const PieceSpre
   return facts;
 }
 
-/// Whether the stored lists have 32-bit numbers.
+/// True if the stored lists have 32-bit numbers.
 bool wide_lists(const SceneView& view) {
   for (const SectionEntry& s : view.sections()) {
     if (s.id == SectionId::kNeighbors) return s.element_bytes == sizeof(std::uint32_t);

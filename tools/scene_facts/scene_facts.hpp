@@ -89,8 +89,8 @@ struct SceneFacts {
   SceneCapacity capacity{};
   PairIndex pair_count = 0;
   StateAccount state;  ///< what the loop's memory is for
-  /// What the state would take with room for every pair that can be near [bytes]; 0: it has that
-  /// room, or no scene may ask for as much.
+  /// Size of the state with room for every pair that can be near [bytes]; 0: it has that room, or
+  /// no scene may ask for as much.
   std::uint64_t state_with_all_pairs = 0;
   SceneParameters parameters{};
   ServedSize size;         ///< lengths of law proxy

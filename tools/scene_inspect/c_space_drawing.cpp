@@ -36,8 +36,8 @@ std::vector<Point3> loop_of(const CFace& face) {
   return loop;
 }
 
-/// Whether the way from the point to the viewer leads through the obstacle: between the planes that
-/// it goes in by and those that it comes out by.
+/// True if the way from the point to the viewer leads through the obstacle: between the planes
+/// where it enters and those where it leaves.
 bool covers(const DrawnObstacle& drawn, const Vector& point, const Vector& viewer) {
   double in = 0, out = HUGE_VAL;
   for (const CFace& face : drawn.obstacle.faces) {
@@ -74,7 +74,7 @@ std::vector<Painted> painted_faces(const CSpaceView& space, const Isometric& vie
                        view.at(loop_of(face))});
     }
   }
-  // What is clear comes last: it lies over the point.
+  // Transparent faces come last: they lie over the point.
   std::stable_sort(faces.begin(), faces.end(), [](const Painted& l, const Painted& r) {
     return l.clear != r.clear ? r.clear : l.nearness < r.nearness;
   });

@@ -71,7 +71,8 @@ std::string missing_sections(std::span<const std::byte> bytes, const SceneHeader
   return names;
 }
 
-/// What the header states against what is there; nothing for a status of the tables.
+/// The difference between what the header states and what is there; nothing for a status of the
+/// tables.
 std::optional<std::string> header_place(std::span<const std::byte> bytes, RtStatus status,
                                         const SceneHeader& header) {
   switch (status) {

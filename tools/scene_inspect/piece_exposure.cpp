@@ -176,7 +176,7 @@ class BodyExposure {
   struct Arc {
     double begin_rad = 0.0, end_rad = 0.0;
   };
-  /// What a piece does to a part of an edge, in shares of the way.
+  /// Effect of a piece on a part of an edge, in shares of the way.
   struct Overlap {
     double begin = 0.0, end = 1.0;
     std::optional<Arc> arc;  ///< of its own normals there; nothing: not an edge of the piece
@@ -224,7 +224,7 @@ class BodyExposure {
     return overlap;
   }
 
-  /// What two arcs shorter than pi have in common, if it is more than a direction.
+  /// Intersection of two arcs shorter than pi, if it is more than a direction.
   static std::optional<Arc> common(const Arc& a, const Arc& b) {
     for (const double turn : {-2 * std::numbers::pi, 0.0, 2 * std::numbers::pi}) {
       const Arc both{std::max(a.begin_rad, b.begin_rad + turn),

@@ -14,7 +14,7 @@
 
 namespace haptic::tools {
 
-/// What is judged of one tick.
+/// The quantities of one tick that are judged.
 struct JudgedTick {
   bool refused = false;     ///< the pose was: nothing below is of this tick
   bool in_contact = false;  ///< felt_part_touches
@@ -46,7 +46,7 @@ inline constexpr std::size_t kWhyNots = static_cast<std::size_t>(WhyNot::kCount)
 /// WhyNot of a tick, a bit each.
 [[nodiscard]] std::uint32_t why_not(const JudgedTick& tick) noexcept;
 
-/// What a session came to, gravest first. Values are part of the C interface.
+/// Result of a session, gravest first. Values are part of the C interface.
 enum class Outcome : std::uint8_t {
   kFollowed = 0,        ///< the part followed the hand, but for what is counted
   kNoTicks = 1,         ///< there was none
@@ -89,7 +89,7 @@ struct SessionVerdict {
   double open_force_n = 0;              ///< largest in the open, in runs that fail
   /// Most work of the rendering on the device; not a number where no device was accounted for.
   double given_out_j = std::numeric_limits<double>::quiet_NaN();
-  /// Of the scene, for what helps: pairs of pieces, and its budgets.
+  /// Numbers of the scene from which the advice follows: pairs of pieces, and its budgets.
   std::uint64_t pair_count = 0;
   std::uint32_t near_pairs = 0, work_units = 0;
   bool has_device = false;
@@ -109,7 +109,7 @@ class SessionJudge {
   SessionJudge() noexcept = default;
   explicit SessionJudge(const SceneView& scene) noexcept;
 
-  /// Of one tick. Constant cost.
+  /// Takes one tick. Constant cost.
   void take(const JudgedTick& tick) noexcept;
   void take(const StepResult& result) noexcept { take(judged_tick(result, law_)); }
   /// Work of the rendering on the device so far [J], where somebody keeps account of a device.

@@ -76,7 +76,7 @@ void add_work_units(Words& words, const SessionVerdict& v) noexcept {
         << std::min(times * std::uint64_t{v.work_units}, std::uint64_t{kMostWorkUnits}) << " helps";
 }
 
-/// What helps a part that does not go where it could.
+/// Advice for a part that does not go where it could.
 void add_remedy(Words& words, const SessionVerdict& v) noexcept {
   if (of(v, WhyNot::kListFull) > 0) {
     add_near_pairs(words << ": ", v);

@@ -31,7 +31,7 @@ struct ViewInput {
   std::uint32_t report_goal_contact = 0;  ///< StepInput::report_goal_contact
 };
 
-/// What one tick gives: StepResult in plain numbers.
+/// Output of one tick: StepResult in plain numbers.
 struct ViewResult {
   double force_w_n[3] = {};                              ///< on the hand
   double torque_w_nm[3] = {};                            ///< about the grip point
@@ -45,13 +45,13 @@ struct ViewResult {
   std::uint32_t nearest_pair = 0, has_goal_contact = 0, behind_ticks = 0;
   std::uint32_t work_units = 0;
   std::uint32_t felt_planes = 0, felt_points = 0;
-  // Of a scene with a guide (GuideState 0: without): what leads the hand besides force_w_n.
+  // Guide of the scene (GuideState 0: without): what leads the hand besides force_w_n.
   double guide_force_w_n[3] = {}, guide_torque_w_nm[3] = {};
   double guide_to_go_m = 0, guide_off_m = 0;
   std::uint32_t guide_state = 0, guide_station = 0;
 };
 
-/// What the scene says of itself.
+/// Facts about the scene.
 struct ViewScene {
   double k_t_n_per_m = 0, k_r_nm_per_rad = 0, k_f_n_per_m = 0;
   double damping_ns_per_m = 0;  ///< of the coupling; in rotation times k_r / k_t
@@ -103,7 +103,7 @@ class ViewCore {
   /// One tick of `input` into `result`. Only after kOk of open().
   void step();
   void reset();
-  /// What is judged begins with the next tick.
+  /// The verdict begins with the next tick.
   void begin_verdict() noexcept { judge_.reset(); }
 
   /// All mutable memory of the core: a copy put back later continues from there.

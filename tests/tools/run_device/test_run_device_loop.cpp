@@ -206,6 +206,13 @@ TEST_SUITE("tools.run_device.loop") {
     write(bench.config,
           "scene = \"t.rtscene\"\n[device]\ndriver = \"reference\"\naddress = \"x\"\n");
     check_message(bench.run("--seconds 1"), 4, "VID:PID");
+    write(bench.config,
+          "scene = \"t.rtscene\"\n[device]\ndriver = \"reference\"\nfirmware = \"x\"\n");
+    check_message(bench.run("--seconds 1"), 4, "is a key of driver 'falcon' and of no other");
+    write(bench.config,
+          "scene = \"t.rtscene\"\n[device]\ndriver = \"falcon\"\nfirmware = \"x\"\n"
+          "firmware_sha256 = \"12\"\n");
+    check_message(bench.run("--seconds 1"), 5, "'12' is no SHA-256");
     write(bench.config, "scene = \"other.rtscene\"\n[device]\ndriver = \"sim\"\n");
     check_message(bench.run("--seconds 1"), 1, "no file 'other.rtscene'");
     write(bench.config, "scene = \"run.toml\"\n[device]\ndriver = \"sim\"\n");

@@ -13,7 +13,7 @@
 
 namespace haptic::tools {
 
-/// What a scene file says about the coupling; absent gains are chosen.
+/// The coupling as a scene file states it; absent gains are chosen.
 struct CouplingRequest {
   std::optional<double> k_t_n_per_m, k_r_nm_per_rad, length_m, damping_ns_per_m;
   std::optional<double> damping_share, max_rotation_error_rad, max_translation_error_m;

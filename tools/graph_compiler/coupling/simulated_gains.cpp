@@ -21,7 +21,8 @@ SceneParameters on_device(const SceneParameters& scene, const SimulatedLoop& loo
   return p;
 }
 
-/// What of `given` is held; all of it where nothing is: there a smaller gain is no better.
+/// The part of `given` that the loop holds; all of it without a limit: then a smaller gain is no
+/// better.
 double held(double given, double limit) { return limit > 0.0 ? std::min(given, limit) : given; }
 
 SimulatedGains proxy_gains(SceneParameters p, double radius_m, bool turns) {

@@ -40,8 +40,9 @@ struct ConvexPiece {
       source_vertex;  ///< 0-based vertex of the user's mesh, -1: made by a cut
   std::vector<PieceFace> faces;
   double volume_m3 = 0.0;
-  /// Of a facet, by vertex: the mesh's edges there, away from it; by side k of faces[0], which
-  /// joins its loop's vertices k and k + 1: the ways into all facets there, orthogonal to the edge.
+  /// Cones of a facet. By vertex: the mesh's edges there, away from it. By side k of faces[0],
+  /// which joins its loop's vertices k and k + 1: the ways into all facets there, orthogonal to the
+  /// edge.
   std::vector<SurfaceCone> vertex_cones, side_cones;
 
   [[nodiscard]] bool is_facet() const { return faces.size() == 2; }

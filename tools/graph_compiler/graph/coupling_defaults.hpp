@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What the coupling between proxy and device is where a scene does not say: its length, its
-/// limits, the windows of the twist estimator. Needs the core's format alone.
+/// Defaults of the coupling between proxy and device for a scene that does not state them: its
+/// length, its limits, the windows of the twist estimator. Needs the core's format alone.
 
 #include "rt_core/scene/scene_format.hpp"
 

@@ -89,7 +89,7 @@ WideArc wide_arc(const WidePiece& piece, std::uint32_t e, double epsilon_m) {
   return arc;
 }
 
-/// Whether no vertex rises higher than epsilon, the height of the apex, at the arc's end beyond
+/// True if no vertex rises higher than epsilon, the height of the apex, at the arc's end beyond
 /// face[k]. The ratio of both heights rises towards the end.
 static bool apex_rules(const WidePiece& piece, const WideArc& arc, std::uint32_t e, int k,
                        double epsilon_m) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What the compiler knows about the basic contacts that a scene needs (METHOD section 11):
-/// plain data from the pruning to the writer. Lists are by piece in the order of the scene (pieces
-/// of the moving body, then of every static body) and by pair in the writer's order; an empty list
-/// says that nothing is known, hence nothing may be left out.
+/// The compiler's knowledge of the basic contacts that a scene needs (METHOD section 11): plain
+/// data from the pruning to the writer. Lists are by piece in the order of the scene (pieces of the
+/// moving body, then of every static body) and by pair in the writer's order; an empty list says
+/// that nothing is known, hence nothing may be left out.
 
 #include <array>
 #include <cstdint>
@@ -37,9 +37,9 @@ struct ExposedArc {
 
 using FragmentPolygon = std::vector<std::array<double, 3>>;
 
-/// What the other pieces of the same body leave open of a piece. Hidden: no contact of the part
-/// uses the feature, because there the part goes on in another piece. Hidden is not unreachable: a
-/// hidden feature may still hold the only plane that separates its piece.
+/// The features of a piece that the other pieces of the same body leave exposed. Hidden: no contact
+/// of the part uses the feature, because there the part continues in another piece. Hidden is not
+/// unreachable: a hidden feature may still hold the only plane that separates its piece.
 struct PieceExposure {
   std::vector<bool> face_hidden, edge_hidden, vertex_hidden;  ///< numbered as in PieceTopology
   /// For each vertex: hidden, but an open edge of the piece ends there in the corner with another

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What the writer finds out about the pieces of a scene in addition to the bytes: where its bounds
-/// of the search are taken, for the words of a report.
+/// Findings of the writer about the pieces of a scene in addition to the bytes: where its bounds of
+/// the search are reached, for the words of a report.
 
 #include <cstdint>
 #include <vector>

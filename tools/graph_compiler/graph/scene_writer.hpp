@@ -50,8 +50,8 @@ inline constexpr double kDefaultEpsilon_m = 1.0e-4;
 inline constexpr double kDefaultExactBand_m = 5.0e-3;
 inline constexpr double kDefaultRate_hz = 1000.0;
 
-/// What a unit of work is assumed to take [s]; host_lab wcet measures it: 61 to 66 ns in the
-/// dearest ticks of a peg in its hole, so a bound fitted with it may be a tenth over its share.
+/// Assumed duration of a unit of work [s]; host_lab wcet measures it: 61 to 66 ns in the dearest
+/// ticks of a peg in its hole, so a bound fitted with it may be a tenth over its share.
 inline constexpr double kUnitPrice_s = 61.0e-9;
 
 /// Share of a period that the units of work of a tick may take, and the same of a scene with a
@@ -112,7 +112,7 @@ struct SceneDescription {
   SceneParameters parameters = default_parameters();
   std::uint64_t graph_bytes = kDefaultGraphBytes;      ///< room for stored contact graphs
   std::uint32_t max_pair_visits = kDefaultPairVisits;  ///< in one tick; never more than pairs
-  /// What is known of the motion: orientations and places of the grip; absent: free.
+  /// Limits of the motion: orientations and places of the grip; absent: free.
   std::optional<OrientationEnvelope> orientation;
   std::optional<WorkspaceBox> workspace;
   bool prune = true;  ///< false: every basic contact is kept, with any marks
@@ -126,10 +126,10 @@ struct SceneDescription {
   std::optional<GuideTables> guide;
 };
 
-/// Whether the scene lists its pairs (rt_core/scene/formed_pairs.hpp).
+/// True if the scene lists its pairs (rt_core/scene/formed_pairs.hpp).
 [[nodiscard]] bool lists_pairs(const SceneDescription& description);
 
-/// Whether some part is a surface.
+/// True if some part is a surface.
 [[nodiscard]] bool has_surfaces(const SceneDescription& description);
 
 /// Bytes of the scene, kSceneAlignment-aligned offsets, ready for SceneView::open (which has

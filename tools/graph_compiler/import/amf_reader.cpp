@@ -119,7 +119,7 @@ class AmfReader {
     return found->second;
   }
 
-  /// What its <metadata type="name"> says.
+  /// The text of its <metadata type="name">.
   static std::string name_of(const AmfItem& item) {
     std::string_view name;
     for (const auto* m = item.element->FirstChildElement("metadata"); m != nullptr;

@@ -34,7 +34,7 @@ namespace haptic::tools {
 namespace {
 
 constexpr int kDeepestNode = 200;
-/// What assimp begins the names of COLLADA's nodes with that have none.
+/// Begin of the names that assimp makes for COLLADA's nodes without one.
 constexpr std::string_view kMadeName = "$ColladaAutoName$";
 
 /// Bytes as a file that can only be read.
@@ -147,7 +147,7 @@ class Merge {
     }
   }
 
-  /// Of the meshes that nodes use, each once.
+  /// Faces of the meshes that nodes use, each mesh once.
   [[nodiscard]] std::size_t read_faces() const { return read_faces_; }
 
  private:

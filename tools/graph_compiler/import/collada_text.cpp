@@ -35,7 +35,7 @@ bool moves(const XMLElement& element, const std::string& file) {
     LineScanner scanner(e->GetText() != nullptr ? e->GetText() : "", {.comments = false});
     std::vector<std::string_view> words, all;
     while (scanner.next(words)) all.insert(all.end(), words.begin(), words.end());
-    // Of a rotation the angle behind its axis.
+    // In a rotation the angle stands behind its axis.
     const std::size_t first = name == "rotate" ? 3 : 0;
     for (std::size_t k = first; k < all.size(); ++k) {
       found = found || parse_number(all[k], file, line_of(*e), e->Name(), nullptr) != 0.0;
@@ -99,7 +99,7 @@ class ColladaRewrite {
     }
   }
 
-  /// Of a file whose nodes have no meshes: the shapes of the rigid bodies that move them.
+  /// For a file whose nodes have no meshes: takes the shapes of the rigid bodies that move them.
   void take_rigid_bodies() {
     for (const XMLElement* at : moved_bodies_) {
       const std::string target = attribute(*at, "target"), sid = attribute(*at, "body");

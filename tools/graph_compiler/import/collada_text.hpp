@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What assimp overlooks in COLLADA, and the text that it reads instead.
+/// Finds what assimp overlooks in COLLADA, and makes the text that it reads instead.
 
 #include <string>
 #include <string_view>

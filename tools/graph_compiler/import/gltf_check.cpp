@@ -152,7 +152,7 @@ std::uint64_t triangles_of(const Json& root, const Json& mesh) {
   return triangles;
 }
 
-/// Of the meshes that the nodes of the scene name, each once.
+/// Triangles of the meshes that the nodes of the scene name, each mesh once.
 std::uint64_t triangles_of_scene(const Json& root) {
   const Json& asked = member(root, "scene");
   std::vector<const Json*> open{&entry_of(root, "scenes", asked.is_null() ? Json(0u) : asked)};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What assimp overlooks or misnames in glTF: extensions that the file cannot do without, and
+/// Finds what assimp overlooks or misnames in glTF: extensions that the file cannot do without, and
 /// buffers in files of their own.
 
 #include <cstdint>

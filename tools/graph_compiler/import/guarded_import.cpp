@@ -19,10 +19,10 @@ namespace {
 
 constexpr char kMesh = 'm', kRefusal = 'r';
 constexpr std::size_t kMostWarnings = 100, kLongestWarning = 1000;
-/// Of a node without its name.
+/// Bytes of a node without its name.
 constexpr std::size_t kNodeBytes = 2 * sizeof(std::uint32_t) + 1;
 constexpr std::size_t kDeflectionBytes = 2 * sizeof(double);
-/// Of the largest mesh of triangles that a reader gives, with names of 200 bytes.
+/// Bytes of the largest mesh of triangles that a reader gives, with names of 200 bytes.
 constexpr std::size_t kMostMessageBytes = 1024 + kMostWarnings * kLongestWarning +
                                           kMaxMeshVertices * sizeof(Point3) +
                                           kMaxMeshFaces * 5 * sizeof(std::uint32_t) +

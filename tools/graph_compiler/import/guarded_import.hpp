@@ -17,7 +17,7 @@ namespace haptic::tools {
 /// no mesh. OsError: no process or pipe can be made.
 ImportedMesh guarded(const std::string& file, const std::function<ImportedMesh()>& work);
 
-/// What the child says of a mesh, and the mesh that such bytes hold.
+/// The child's message for a mesh, and the mesh that such bytes hold.
 /// @throws InputError "file: defect; fix": any bytes that are no mesh.
 std::string message_of(const ImportedMesh& imported);
 ImportedMesh mesh_of_message(const std::string& message, const std::string& file);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a reader leaves out of a file, by the reason, for the person to know.
+/// Account of what a reader leaves out of a file, by the reason, for the person to know.
 
 #include <cstddef>
 #include <string>

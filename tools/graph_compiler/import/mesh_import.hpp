@@ -30,8 +30,7 @@ struct ImportedMesh {
   std::vector<Deflection> node_deflections{};  ///< of STEP: by `mesh.nodes`, 0 of one without faces
 };
 
-/// Of the diagonal of the part, of an assembly of each part: the deflection where none is asked
-/// for.
+/// Default deflection as a share of the diagonal of the part; in an assembly, of each part.
 inline constexpr double kDeflectionShare = 5e-4;
 
 struct ImportOptions {

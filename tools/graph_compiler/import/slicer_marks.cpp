@@ -65,7 +65,7 @@ class Settings {
   const XMLElement* root_ = nullptr;
 };
 
-/// Of an object or a part in the settings; empty where they have none.
+/// Name of an object or a part in the settings; empty if they have none.
 std::string name_in(const XMLElement& settings) {
   for (const auto* m = settings.FirstChildElement("metadata"); m != nullptr;
        m = m->NextSiblingElement("metadata")) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What slicers keep beside the meshes of a 3MF project: which of them are no material (modifiers,
-/// blockers, enforcers), which cut something out, and their names.
+/// Marks that slicers keep beside the meshes of a 3MF project: which meshes are no material
+/// (modifiers, blockers, enforcers), which cut something out, and their names.
 
 #include <cstddef>
 #include <map>

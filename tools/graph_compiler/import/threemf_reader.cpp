@@ -34,7 +34,7 @@ std::string extension_attribute(const XMLElement& element, std::string_view name
   return {};
 }
 
-/// Of the production extension: the model that the object is in.
+/// Production extension: path of the model that the object is in.
 std::string path_of(const XMLElement& element) { return extension_attribute(element, ":path"); }
 
 /// An object, and the model that it is in.
@@ -86,7 +86,7 @@ class ThreemfReader {
     left_out_.add(why, object_text(*placed.model, *placed.object, file_));
   }
 
-  /// What an item or a component of `model` names.
+  /// The object that an item or a component of `model` names.
   Placed named_by(const XMLElement& element, const ThreemfModel& model) {
     const std::string path = path_of(element), id = attribute(element, "objectid");
     const ThreemfModel& in = path.empty() ? model : model_of(path);
@@ -174,7 +174,7 @@ class ThreemfReader {
     if (components != nullptr) place_components(placed, *components, map, node, depth);
   }
 
-  /// Of an object that has neither a mesh nor components.
+  /// Refuses an object that has neither a mesh nor components.
   void refuse_form(const Placed& placed) {
     for (const auto* e = placed.object->FirstChildElement(); e != nullptr;
          e = e->NextSiblingElement()) {

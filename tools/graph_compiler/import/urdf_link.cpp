@@ -67,7 +67,7 @@ class LinkReader {
     mesh_.places_are_lines = false;
   }
 
-  /// Of one link, in the frame that `frame` maps the link's to.
+  /// Mesh of one link, in the frame that `frame` maps the link's to.
   RawMesh read(const XMLElement& link, const Placing& frame) {
     add_link(link, frame);
     if (mesh_.faces.empty()) {
@@ -78,7 +78,7 @@ class LinkReader {
     return std::move(mesh_);
   }
 
-  /// Of all links, each a node.
+  /// Mesh of all links, each a node.
   RawMesh read(const std::vector<PlacedLink>& links) {
     for (const PlacedLink& link : links) {
       const auto node = static_cast<std::uint32_t>(mesh_.nodes.size());

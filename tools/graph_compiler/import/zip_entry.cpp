@@ -27,7 +27,7 @@ class ZipBytes {
     }
     return value;
   }
-  /// Of four bytes at most.
+  /// A number of at most four bytes.
   std::uint32_t number(std::uint64_t at, std::size_t count) const {
     return static_cast<std::uint32_t>(wide(at, count));
   }
@@ -45,7 +45,7 @@ class ZipBytes {
 
 constexpr std::uint32_t kEnd = 0x06054b50, kEntry = 0x02014b50, kLocal = 0x04034b50,
                         kWideEnd = 0x06064b50, kWideEndPlace = 0x07064b50;
-/// What a field of ZIP has where ZIP64 gives the number elsewhere.
+/// Values of a field of ZIP that say that ZIP64 gives the number elsewhere.
 constexpr std::uint32_t kElsewhere = 0xFFFFFFFF, kCountElsewhere = 0xFFFF;
 constexpr std::uint64_t kEntrySize = 46;
 

@@ -19,7 +19,7 @@
 namespace haptic::tools {
 namespace {
 
-/// What no other treatment of the mesh would cure.
+/// Refuses a size that no other treatment of the mesh would cure.
 [[noreturn]] void refuse_size(const WorkMesh& mesh, const std::string& defect,
                               const std::string& fix) {
   throw SizeError(mesh.file + ": " + defect + "; " + fix);
@@ -28,7 +28,8 @@ namespace {
 constexpr double kToleranceOfDiagonal = 5.0e-6;
 constexpr double kCoarsestPrint = 2.0e-4;     // of the diagonal
 constexpr double kLargestTolerance = 1.0e-2;  // of the diagonal
-/// Of the last printed place: a corner that was rounded lies farther off its plane, but by luck.
+/// Share of the last printed place: a corner that was rounded lies farther off its plane, except by
+/// chance.
 constexpr double kExactOfPrint = 1.0e-2;
 
 void check_scale(const WorkMesh& mesh, const std::array<double, 3>& scale) {

@@ -179,8 +179,8 @@ std::vector<FaceClass> face_classes(const WorkMesh& mesh, std::vector<std::uint3
   return classes;
 }
 
-/// What becomes of the two-sided classes. They are taken in patches: connected over edges where
-/// nothing but two-sided classes meet. True in the result: both sides go.
+/// Decides about the two-sided classes. They are taken in patches: connected over edges where
+/// nothing but two-sided classes meet. True in the result: both sides are dropped.
 std::vector<std::uint8_t> walls_to_drop(const std::vector<WorkFace>& representatives,
                                         const std::vector<FaceClass>& classes) {
   const EdgeTable table(representatives);

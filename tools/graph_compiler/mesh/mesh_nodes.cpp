@@ -29,7 +29,7 @@ std::size_t character_bytes(std::string_view text, std::size_t at) {
   return is_none ? 0 : size;
 }
 
-/// What of a mesh stands at its nodes.
+/// The faces of a mesh by its nodes.
 class NodeFaces {
  public:
   explicit NodeFaces(const RawMesh& mesh)

@@ -19,7 +19,7 @@ constexpr std::string_view kShapeless[] = {
     "step",   "parm",   "d_interp", "trace_obj", "shadow_obj", "ctech", "stech", "end",
     "con",    "trim",   "hole",     "scrv",      "sp",         "curv2"};
 
-/// Of faces before the first `g`.
+/// Group of faces before the first `g`.
 constexpr std::string_view kDefaultGroup = "default";
 
 /// So many unknown keywords are named in the note.

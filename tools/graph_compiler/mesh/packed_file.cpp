@@ -19,7 +19,7 @@ constexpr Packer kPackers[] = {
     {"\x28\xB5\x2F\xFD", ".zst", "Zstandard", "unzstd"},
 };
 
-/// Of a file that may have any name: the commands by themselves go by the extension.
+/// Refuses a packed file that may have any name: the commands by themselves go by the extension.
 [[noreturn]] void refuse(const Packer& packer, const std::filesystem::path& path) {
   std::filesystem::path name = path;
   const bool says_so = equals_lower(name.extension().string(), packer.extension);

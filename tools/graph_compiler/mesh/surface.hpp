@@ -25,7 +25,7 @@ struct RawFace {
       0;  ///< object/group of the file (OBJ `o`, `g`; STL `solid`): parts the file keeps apart
 };
 
-/// What a file keeps by a name: a node of a scene, an object, a group, a solid, a product.
+/// A named part of a file: a node of a scene, an object, a group, a solid, a product.
 struct MeshNode {
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
   std::string name;              ///< as tidy_name has it (mesh_nodes.hpp); several may share one
@@ -47,8 +47,7 @@ struct RawMesh {
   std::vector<std::uint32_t> group_nodes;  ///< by RawFace::group, where there are nodes: of which
                                            ///< the faces are
   std::vector<std::string> warnings;       ///< what the reader left out of the file, and why
-  /// What a person should know of the reading besides: what was taken otherwise than it stands
-  /// there. "file: what; ..".
+  /// Remarks for the person: what was taken otherwise than it stands in the file. "file: what; ..".
   std::vector<std::string> notes;
 };
 
@@ -84,8 +83,8 @@ struct CloseFaces {
   Point3 place{0, 0, 0};  ///< local [m]
 };
 
-/// What the last printed place tells of planes, where that place alone makes the plane tolerance
-/// as large as it is.
+/// Evidence of the last printed place about planes, where that place alone makes the plane
+/// tolerance as large as it is.
 struct PrintedPlanes {
   /// Corners this near to their plane were not rounded off it.
   double exact_m = 0.0;

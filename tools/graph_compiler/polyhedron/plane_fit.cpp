@@ -133,7 +133,7 @@ struct Cluster {
   bool exact = false;  // the file has its plane exactly
 };
 
-/// Whether the points lie on two parallel lines, or on one. Such points have a plane however they
+/// True if the points lie on two parallel lines, or on one. Such points have a plane however they
 /// were rounded along the lines: the four corners of a facet of a prism.
 bool on_two_lines(const std::vector<Point3>& all, const std::vector<std::uint32_t>& which,
                   double within_m) {
@@ -245,10 +245,10 @@ void PlaneGrower::measure_faces() {
   }
 }
 
-/// Whether the file has the plane of a face exactly, and rounding would not have left it so: the
+/// True if the file has the plane of a face exactly, and rounding would not have left it so: the
 /// face and those that continue it have four corners or more that lie in one plane to a hundredth
 /// of the last printed place, and either all print the same number or are not on two lines. A face
-/// of a rounded prism has four corners in a plane by construction, and says nothing.
+/// of a rounded prism has four corners in a plane by construction, and is no evidence.
 bool PlaneGrower::is_exact(std::uint32_t seed) {
   if (!surface_.printed) return false;
   const double within_m = surface_.printed->exact_m;
@@ -359,7 +359,7 @@ bool PlaneGrower::unite_pass() {
     std::size_t host = kept;
     for (std::size_t j = 0; j < kept && host == kept; ++j) {
       const Cluster& large = clusters_[j];
-      // What the file tells apart stays so; a narrow face between the two is their step.
+      // Planes that the file distinguishes stay apart; a narrow face between the two is their step.
       const double tol = large.exact && (small.exact || small.narrow) ? exact_tol_ : tol_;
       if (large.plane.distance(probe) > tol) continue;
       if (!small.narrow && std::abs(vec::dot(large.plane.n, small.plane.n)) < kGrowCosine) continue;

@@ -239,7 +239,7 @@ class AssemblyReader {
     }
   }
 
-  /// What is left of a part that holds the hand, by the largest nodes that are whole in it.
+  /// Keeps the rest of a part that holds the hand, as the largest nodes that are whole in it.
   void take_apart(std::vector<bool> rest) {
     for (const NamedNode& node : nodes_) {
       const std::vector<bool> faces = faces_of(node);

@@ -147,7 +147,7 @@ ExactPart exact_part_simplified(const Surface& surface, double distance_m, const
   throw InputError(refusals + " (smaller steps of the simplification were tried too)");
 }
 
-/// What the command line gives is before the part's own.
+/// The tolerance of the command line, else the part's own.
 std::optional<double> tolerance_of(const ScenePart& part, const CompileOptions& options) {
   return options.simplify_m ? options.simplify_m : part.tolerance_m;
 }
@@ -162,7 +162,7 @@ std::string counted(std::size_t n, const char* what) {
 constexpr std::size_t kMostTriedReflex = 3000;
 constexpr double kTriedWork = 5.0e7;
 
-/// What contact all over a part costs as a solid and as a surface.
+/// Cost of contact all over a part, as a solid and as a surface.
 struct KindCost {
   std::size_t pieces = 0, facets = 0;
   double solid = 0.0, surface = 0.0;  ///< of the work of a tick
@@ -333,7 +333,7 @@ CompiledPart compile_part(const ScenePart& part, const SceneFile& scene,
                   source.deflection->found_m, source.deflection->asked_m));
   }
   if (part.node) {
-    // What was left out of the file is said once for all its nodes.
+    // A warning about what was left out of the file is given once for all its nodes.
     for (const std::string& warning : raw.warnings) {
       result.notes.push_back(part.path.string() + ": " + warning);
     }

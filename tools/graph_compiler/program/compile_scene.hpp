@@ -29,7 +29,7 @@ struct PartTiming {
   double read_s = 0.0, clean_s = 0.0, flatten_s = 0.0, decompose_s = 0.0, facets_s = 0.0;
 };
 
-/// What became of one mesh.
+/// Report about one mesh.
 struct PartReport {
   std::string mesh;                      ///< as written in the scene file; of a shape its word
   std::string file;                      ///< path that messages of the steps start with

@@ -35,7 +35,7 @@ struct DraftMesh {
   [[nodiscard]] double diagonal() const { return box().diagonal(); }
 };
 
-/// What stands for a part: a file, a node of a mesh file, or a link of a robot description. A file
+/// The source of a part: a file, a node of a mesh file, or a link of a robot description. A file
 /// whose name has a # is taken as the file that it is.
 [[nodiscard]] NodeName draft_source(const std::filesystem::path& given);
 

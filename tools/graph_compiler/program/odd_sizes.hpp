@@ -17,10 +17,10 @@ struct SizedPart {
   std::optional<double> scale_to_m{};
 };
 
-/// Whether the two look as if their files were in different units: "plate.stl is 45 times smaller
-/// than peg.stl; are both in the same unit? plate.stl: in inches it would be 78 mm; then give it
-/// scale_to_m = 0.0254 of its own"; else empty. A part in the hand may be much smaller than a fixed
-/// one, so that this alone, up to kOddRatio, is no reason.
+/// The question if the two look as if their files were in different units: "plate.stl is 45 times
+/// smaller than peg.stl; are both in the same unit? plate.stl: in inches it would be 78 mm; then
+/// give it scale_to_m = 0.0254 of its own"; else empty. A part in the hand may be much smaller than
+/// a fixed one, so that this alone, up to kOddRatio, is no reason.
 [[nodiscard]] std::string odd_sizes_text(const SizedPart& moving, const SizedPart& fixed);
 
 }  // namespace haptic::tools

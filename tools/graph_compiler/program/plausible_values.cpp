@@ -11,7 +11,7 @@
 namespace haptic::tools {
 namespace {
 
-/// What people and devices have, generously.
+/// Generous limits of people and devices.
 constexpr struct {
   const char *table, *key;
   double low, high;
@@ -51,7 +51,7 @@ double distance_m(const std::array<double, 3>& a, const std::array<double, 3>& b
 
 /// So many sizes of the parts apart, and no less than this.
 constexpr double kFarSizes = 20, kFar_m = 0.5, kFarGripSizes = 10;
-/// Of parts; the kinds of parts that the project tests are within.
+/// Sizes of parts; the kinds of parts that the project tests are within.
 constexpr double kSmallest_m = 2e-4, kLargest_m = 10;
 
 }  // namespace

@@ -23,15 +23,16 @@ struct PartBall {
   double radius_m = 0;
 };
 
-/// Whether the moving part starts so far from all fixed parts that a unit may be wrong; else empty.
+/// The warning if the moving part starts so far from all fixed parts that a unit may be wrong; else
+/// empty.
 [[nodiscard]] std::string far_start_text(const PartBall& moving,
                                          const std::vector<PartBall>& fixed);
 
-/// Whether a part is of a size that no hand holds and no table bears; else empty.
+/// The warning if a part is too small for a hand or too large for a table; else empty.
 [[nodiscard]] std::string odd_size_text(double diagonal_m);
 
-/// Whether the grip point is far outside of the part; else empty. `farthest_m`: the distance of its
-/// farthest corner from there; `diagonal_m`: the size of the part.
+/// The warning if the grip point is far outside of the part; else empty. `farthest_m`: the distance
+/// of its farthest corner from there; `diagonal_m`: the size of the part.
 [[nodiscard]] std::string far_grip_text(double farthest_m, double diagonal_m);
 
 }  // namespace haptic::tools

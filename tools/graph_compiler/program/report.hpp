@@ -15,9 +15,9 @@ std::string report_as_json(const CompiledScene& compiled);
 /// Everything, for people.
 std::string report_as_text(const CompiledScene& compiled);
 
-/// What a first reader needs, in ten lines: the first two parts and how they are compiled, pairs of
-/// pieces, budget of a tick, stiffness, memory, how many warnings and the first note, the file that
-/// was written, and last the certificate, or the warning that a list of the tick can overflow.
+/// Summary for a first reader, in ten lines: the first two parts and how they are compiled, pairs
+/// of pieces, budget of a tick, stiffness, memory, how many warnings and the first note, the file
+/// that was written, and last the certificate, or the warning that a list of the tick can overflow.
 std::string summary_as_text(const CompiledScene& compiled, const std::string& output);
 
 /// Why the scene cannot be certified, one sentence each; empty when it can.

@@ -25,7 +25,7 @@ namespace {
 
 /// Between the boxes of the parts at the start, as a share of the moving part.
 constexpr double kStartMargin = 0.1;
-/// Of the moving part: a clearance larger than this is not measured.
+/// Share of the moving part's size: a clearance larger than this is not measured.
 constexpr double kFarApart = 0.1;
 constexpr int kSamples = 200;        ///< of a way out
 constexpr int kSurfaceSamples = 50;  ///< of one where a part is a surface: each costs milliseconds
@@ -58,7 +58,7 @@ class Places {
     SceneView view;
     if (SceneView::open(bytes.span(), view) != RtStatus::kOk)
       throw std::logic_error("the scene just written does not open");
-    // What the core takes for free.
+    // The tolerance up to which the core treats an overlap as free.
     touching_m_ = static_cast<double>(proxy_scale(view).tolerance_m);
     for (const PartReport& part : compiled.parts) has_surface_ |= part.is_surface();
     if (!has_surface_) solids_.emplace(view, touching_m_);
@@ -73,11 +73,11 @@ class Places {
   [[nodiscard]] std::optional<StartCollision> collision(const Point3& p) const {
     return surfaces_.collision(vec::add(filed_m_, p), touching_m_);
   }
-  /// Of solids alone.
+  /// Depth of an overlap; for solids alone.
   [[nodiscard]] double depth_m(const Point3& p) const {
     return solids_ ? solids_->depth_m(p) : 0.0;
   }
-  /// Of parts that do not overlap.
+  /// Distance between parts that do not overlap.
   [[nodiscard]] double distance_m(const Point3& p, double most_m) const {
     return surfaces_.distance_m(vec::add(filed_m_, p), most_m);
   }

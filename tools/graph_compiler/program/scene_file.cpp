@@ -410,7 +410,7 @@ FilePlace read_rendering(const TomlTable& top, SceneParameters& p) {
   p.k_f_n_per_m = *stiffness;
   p.epsilon_m = rendering->number("epsilon_m", kEpsilon).value_or(kDefaultEpsilon_m);
   p.exact_band_m = rendering->number("exact_band_m", kBand).value_or(kDefaultExactBand_m);
-  // Of law proxy it is for checks and pictures alone, and takes most of the memory.
+  // Under law proxy it serves checks and pictures alone, and takes most of the memory.
   const bool goal_contact = rendering->flag("goal_contact").value_or(p.law != LawId::kProxy);
   if (!goal_contact && p.law != LawId::kProxy) {
     rendering->fail("goal_contact", "law '" + law + "' is made of it; leave the line out");

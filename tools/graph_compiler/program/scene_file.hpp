@@ -38,7 +38,7 @@ struct FrictionPair {
 std::optional<FrictionPair> friction_of(const std::vector<FrictionPair>& pairs,
                                         const std::string& a, const std::string& b);
 
-/// What a part is compiled to.
+/// The kind to which a part is compiled.
 enum class PartKind : std::uint8_t {
   kAny,      ///< a solid where the mesh allows it, a surface otherwise
   kSolid,    ///< exact convex pieces, or refused
@@ -101,7 +101,7 @@ struct SceneFile {
   std::optional<std::uint64_t> graph_bytes;  ///< room for stored contact graphs
   SceneBudget budget;
   std::optional<SceneGuide> guide;
-  /// What can hardly be meant, each a sentence with its place.
+  /// Values that are hardly meant so, each a sentence with its place.
   std::vector<std::string> warnings;
 
   [[nodiscard]] bool never_turns() const {

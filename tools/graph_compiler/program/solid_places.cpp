@@ -124,7 +124,7 @@ double SolidPlaces::depth_m(const Point3& p) const {
     const vec::Box box = moved(a.box, p);
     for (const Piece& b : fixed_) {
       if (!box.meets(b.box)) continue;
-      // What overlaps less than the deepest pair so far is not looked at further.
+      // Pairs that overlap less than the deepest so far are not looked at further.
       const double enough_m = -std::max(depth_m, touching_m_);
       double gap = face_gap_m(a, b, p, enough_m);
       if (gap < enough_m && a.edges.size() * b.edges.size() <= kMostEdgeDirections)

@@ -20,10 +20,10 @@ class SolidPlaces {
   /// Pieces of solids alone; the part is not turned. Depths to `touching_m` are no overlap.
   SolidPlaces(const SceneView& scene, double touching_m);
 
-  /// Whether two pieces overlap with the origin of the moving mesh at `p` in W.
+  /// True if two pieces overlap with the origin of the moving mesh at `p` in W.
   [[nodiscard]] bool overlaps(const Point3& p) const;
 
-  /// Of the pair of pieces that overlaps the most, the shortest move that takes it apart [m]; 0:
+  /// Length of the shortest move that separates the pair of pieces that overlaps the most [m]; 0:
   /// none overlaps. Cost: for every pair that does, its pairs of edges times its corners. Beyond
   /// kMostEdgeDirections pairs of edges the planes of faces alone are looked at, and the depth is
   /// an upper bound.

@@ -17,7 +17,7 @@
 namespace haptic::tools {
 namespace {
 
-/// Of the diagonal: points nearer to a shell are on it, neither inside nor outside.
+/// Share of the diagonal: points nearer to a shell are on it, neither inside nor outside.
 constexpr double kOnShell = 1.0e-9;
 /// How far from a whole number the winding number of an open shell is that encloses a point.
 constexpr double kNearWhole = 0.1;
@@ -25,10 +25,10 @@ constexpr double kNearWhole = 0.1;
 constexpr double kOpenMiddle = 0.25;
 /// Openings that a part passes; a shell with more has a mouth.
 constexpr std::size_t kMostMouths = 64;
-/// Of the diagonal: how well the bisection finds the end of the collision.
+/// Share of the diagonal: accuracy with which the bisection finds the end of the collision.
 constexpr double kMoveShare = 1.0e-4;
-/// Of the largest distance that is asked for: how far is looked at first; and how much farther
-/// next.
+/// First reach as a share of the largest distance that is asked for, and the factor from one reach
+/// to the next.
 constexpr double kFirstReach = 1.0e-4, kWiderReach = 8.0;
 
 Point3 turned(const std::array<double, 4>& q, const Point3& x) {

@@ -55,7 +55,7 @@ StartShape start_shape(const SurfacePart& part, const SurfaceAccount& account,
 StartShape start_shape(const Body& body, const std::array<double, 3>& origin_m,
                        const StartPose& pose);
 
-/// What is wrong with the start.
+/// The defect of a start.
 struct StartCollision {
   std::size_t fixed = 0;  ///< index of the static part
   bool inside = false;    ///< one lies in the other; otherwise facets cross
@@ -82,7 +82,7 @@ class StartPlaces {
   StartPlaces(const StartPlaces&) = delete;
   StartPlaces& operator=(const StartPlaces&) = delete;
 
-  /// Of the part moved by `by` from where its shape is, in W; without `free_move_m`.
+  /// Collision of the part moved by `by` from where its shape is, in W; without `free_move_m`.
   /// @param touching_m  above 0: facets that overlap by no more than this touch, and touching is no
   /// collision.
   [[nodiscard]] std::optional<StartCollision> collision(const Point3& by,

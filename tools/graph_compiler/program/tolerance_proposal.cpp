@@ -16,10 +16,10 @@ namespace haptic::tools {
 namespace {
 
 constexpr double kUnitsInPass = 2.0;
-/// Of the diagonal of the larger part: where the row of tolerances begins and ends.
+/// Shares of the diagonal of the larger part between which the tolerances are tried.
 constexpr double kFirstShare = 1.0e-5, kLastShare = 0.02;
 constexpr std::array<double, 3> kSteps{1.0, 2.0, 5.0};
-/// Of half the narrowest passage.
+/// Share of half the narrowest passage.
 constexpr double kPassageShare = 0.9;
 
 /// One part on the row of tolerances.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What contact all over costs a scene with surfaces, and the simplification that its rate asks
+/// Cost of contact all over for a scene with surfaces, and the simplification that its rate asks
 /// for.
 
 #include <cstddef>

@@ -35,7 +35,7 @@ const Feature& feature_of(const std::string& name) {
   throw InputError("no feature of an image is called '" + name + "'");
 }
 
-/// What can stand in a comment of one line.
+/// The name without what cannot stand in a comment of one line.
 std::string printable(const std::string& name) {
   std::string text;
   for (const char c : name) text += c >= ' ' && c <= '~' && c != '\\' ? c : '?';

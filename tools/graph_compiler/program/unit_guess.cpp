@@ -26,8 +26,8 @@ constexpr Habit kHabits[] = {{{"millimetres", kMillimetre_m}, 0.010, kMostHeld_m
 /// A size in another unit is worth telling between these.
 constexpr double kLeastTold_m = 0.002, kMostTold_m = 0.6;
 
-/// Of small parts in millimetres, from the smallest on, one is this large at least, or all are so
-/// large as is 2 mm along each axis.
+/// Sizes of small parts in millimetres: from the smallest on, one is this large at least, or all
+/// are so large as is 2 mm along each axis.
 constexpr double kLeastSmall_m = 0.002, kLeastLargest_m = kLeastHeld_m, kLeastAll_m = 0.0034;
 
 /// Parts within this of each other in size go together.

@@ -15,7 +15,7 @@ struct FileUnit {
   double scale_to_m;
 };
 
-/// Of a part that a hand holds.
+/// Sizes of a part that a hand holds.
 inline constexpr double kLeastHeld_m = 0.005, kMostHeld_m = 2.0;
 
 /// The unit in which parts of these diagonals, in file units, are most like parts that a hand works

@@ -14,7 +14,7 @@
 namespace haptic::tools {
 namespace {
 
-// What two convex pieces of one body have in common on a face or an edge of one of them, exactly.
+// The intersection of two convex pieces of one body on a face or an edge of one of them, exactly.
 
 /// A plane of the table and the side that is outward.
 struct OrientedPlane {
@@ -225,8 +225,8 @@ class BodyExposure {
     return both;
   }
 
-  /// What `overlap` leaves of an arc: a piece that does not end in an edge here leaves a direction
-  /// at most.
+  /// The rest of an arc without `overlap`: a piece that does not end in an edge here leaves at most
+  /// a direction.
   std::optional<PlaneArc> left_by(const SegmentOverlap& overlap, const PlaneArc& arc,
                                   const ExactEdge& edge) {
     if (overlap.active.size() < 2) return std::nullopt;

@@ -62,8 +62,8 @@ struct PieceShape {
   std::vector<SphericalArc> edge_cones;
   std::vector<SphericalPolygon> vertex_cones;
 
-  /// What the body leaves of them: nothing of a hidden feature, several arcs of an edge that is
-  /// covered in part.
+  /// The exposed part of each: nothing of a hidden feature, several arcs of an edge that is covered
+  /// in part.
   std::vector<std::vector<Direction>> open_faces;
   std::vector<std::vector<SphericalArc>> open_edges;
   std::vector<std::vector<SphericalPolygon>> open_vertices;
@@ -91,13 +91,13 @@ struct NearArc {
   bool all_round = false;
 };
 
-/// Of one piece, numbered as in its PieceShape.
+/// Cones of one piece, numbered as in its PieceShape.
 struct NearCones {
   /// Largest angle [rad] of such a normal to the vertex's cone; pi where all may be.
   std::vector<double> vertex_reach_rad;
   std::vector<NearArc> edges;  ///< the edges' arcs, longer by what is near
-  /// What the body leaves open, as in PieceShape: arcs longer by what is near, and the cone of a
-  /// hidden vertex at which an open edge ends.
+  /// The exposed part, as in PieceShape: arcs longer by what is near, and the cone of a hidden
+  /// vertex at which an open edge ends.
   std::vector<std::vector<NearArc>> open_edges;
   std::vector<std::vector<SphericalPolygon>> open_vertices;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Whether the facets of two round shapes that fit into each other are fine enough for the
+/// Checks whether the facets of two round shapes that fit into each other are fine enough for the
 /// clearance between them.
 
 #include <optional>

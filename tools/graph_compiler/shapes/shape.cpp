@@ -271,8 +271,8 @@ double hole_error(double radius_m, std::uint32_t segments) {
   return radius_m * (1.0 / facet_share(segments) - 1.0);
 }
 
-/// Of a sphere: the triangle that comes nearest to the centre, inside of it or in the middle of an
-/// edge.
+/// Largest error of a sphere: at the triangle that comes nearest to the centre, inside of it or in
+/// the middle of an edge.
 double sphere_error(double radius_m, std::uint32_t segments) {
   const RawMesh unit = rounded(1.0, 0.0, segments, "");
   double nearest = 1.0;

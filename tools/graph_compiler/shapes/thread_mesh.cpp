@@ -110,7 +110,7 @@ class CutThread {
     }
   }
 
-  /// What lies between the planes.
+  /// Adds the part of the polygon that lies between the planes.
   void add_cut(Polygon polygon) {
     for (std::size_t plane = 0; plane < 2; ++plane) {
       Polygon kept;

@@ -19,8 +19,8 @@ namespace {
 
 constexpr std::uint32_t kNoIndex = 0xFFFFFFFFU;
 constexpr int kMostRounds = 6;
-/// Of a point that goes: the middle of a fan goes when most of its spokes have gone, for then the
-/// new triangles cross few of the given ones.
+/// Most spokes of a point that is removed: the middle of a fan is removed when most of its spokes
+/// have gone, for then the new triangles cross few of the given ones.
 constexpr std::size_t kMostSpokes = 24;
 /// The last proof has fewer targets than those before it, and must find its way without the others.
 constexpr std::size_t kLastEffort = 64;
@@ -33,7 +33,7 @@ constexpr double kLeastTurn = 0.1;
 constexpr double kFolded = -0.98;
 /// Height of a triangle over its longest side, unless it was lower before.
 constexpr double kLeastHeight = 1.0e-4;
-/// Of the length to the fourth: short edges first where the surface is flat.
+/// Weight of the length to the fourth: short edges first where the surface is flat.
 constexpr double kLengthShare = 1.0e-10;
 
 using IndexTriple = std::array<std::uint32_t, 3>;
@@ -193,7 +193,7 @@ class EdgeCollapse::Work {
 
   std::vector<std::array<std::uint32_t, 2>> follow_;  // edges to be tried next
 
-  // Of the attempt: faces at u, those that go over to v as they are and as they would be, the given
+  // The attempt: faces at u, those that go over to v as they are and as they would be, the given
   // triangles that they answer for, and which pairs the proof needs.
   std::vector<std::uint32_t> star_, moved_;
   std::vector<IndexTriple> fresh_;
@@ -648,7 +648,8 @@ void cut_upright(std::vector<Point3>& polygon, const Point3& a, const Point3& b,
   polygon.swap(scratch);
 }
 
-/// Of `other` over the inside of `t`, `up` being a unit normal of it; absent where there is none.
+/// Range of heights of triangle `other` over the interior of `t`, along t's unit normal `up`;
+/// nullopt if they do not overlap.
 std::optional<Overhang> overhang_of(const FaceTriangle& other, const FaceTriangle& t,
                                     const Point3& normal, const Point3& up, double inset) {
   std::vector<Point3> polygon(other.begin(), other.end()), scratch;

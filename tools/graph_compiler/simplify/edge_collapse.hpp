@@ -34,7 +34,7 @@ TriangleMesh triangle_mesh(const SurfacePart& part);
 /// The mesh as if a file had it, in metres. `like` gives its name.
 RawMesh raw_mesh(const TriangleMesh& mesh, const RawMesh& like);
 
-/// What a collapse of edges did.
+/// Result of a collapse of edges.
 struct CollapseAccount {
   double limit_m = 0.0;            ///< the tolerance asked for
   double given_to_result_m = 0.0;  ///< proved: no point of the given surface is farther from the

@@ -55,7 +55,7 @@ double longest_side(const FaceTriangle& t) {
 }  // namespace
 
 double reach_of(const Point3& p, const FaceTriangle& t) {
-  // Of a sliver the foot is uncertain along it; the corners bound what that can cost.
+  // The foot on a sliver is uncertain along it; the corners bound what that can cost.
   const double at_corner =
       std::min({vec::distance(p, t[0]), vec::distance(p, t[1]), vec::distance(p, t[2])});
   const double at_foot = vec::distance(p, nearest_point(p, t));

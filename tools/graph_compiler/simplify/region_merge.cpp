@@ -108,7 +108,7 @@ MergedRegions RegionMerger::run() {
     queue_.pop();
     if (!map_.region(u.larger).alive || !map_.region(u.smaller).alive) continue;
     if (u.stamp_larger != stamp_[u.larger] || u.stamp_smaller != stamp_[u.smaller]) continue;
-    // What lies around the two may have changed: judged again, and back in the queue if more
+    // The neighbours of the two may have changed: judged again, and back in the queue if more
     // expensive.
     const Union now = judged_now(u.larger, u.smaller);
     if (!(now.cost_m <= distance_)) continue;

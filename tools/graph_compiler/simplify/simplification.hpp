@@ -18,7 +18,7 @@ struct SimplifyOptions {
   double share = 1.0;
 };
 
-/// What a simplification did. Before: the surface cleaned and fitted as without simplification.
+/// Result of a simplification. Before: the surface cleaned and fitted as without simplification.
 struct SimplifyAccount {
   double limit_m = 0.0;  ///< the distance asked for
   double share = 1.0;    ///< of it, which was left to single steps

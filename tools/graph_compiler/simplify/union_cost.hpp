@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What it would cost to unite two regions of a surface: how far the surface would move.
+/// Cost of uniting two regions of a surface: how far the surface would move.
 
 #include <limits>
 #include <tuple>

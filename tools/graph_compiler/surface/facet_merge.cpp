@@ -111,7 +111,7 @@ std::vector<Seam> FacetMerger::seams() {
     std::size_t end = i + 1;
     while (end < sides.size() && sides[end].key == sides[i].key) ++end;
     const PolygonSide &a = sides[i], &b = sides[i + 1 < sides.size() ? i + 1 : i];
-    // What is bent by more than this cannot be flat to within rounding, at any size.
+    // A region that is bent by more than this cannot be flat to within rounding, at any size.
     constexpr double kBent = 1.0e-2;
     if (end == i + 2 && a.face != b.face && a.forward != b.forward &&
         vec::distance(normals[a.face], normals[b.face]) < kBent) {

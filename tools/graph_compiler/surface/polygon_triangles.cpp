@@ -8,7 +8,7 @@
 namespace haptic::tools {
 namespace {
 
-/// What turns less than this share of the sides' lengths is straight: the ear has no area.
+/// A corner that turns less than this share of the sides' lengths is straight: the ear has no area.
 constexpr double kStraightSine = 1.0e-12;
 
 class EarCutter {

@@ -24,7 +24,7 @@ namespace haptic::tools {
 namespace {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-/// Of the part's diagonal: heights below are rounding of the coordinates, not geometry.
+/// Share of the part's diagonal: heights below are rounding of the coordinates, not geometry.
 constexpr double kFlatShare = 1.0e-14;
 /// Sides that a part may have: indices have 32 bits.
 constexpr std::size_t kMostSides = 0x7FFFFFFFU;

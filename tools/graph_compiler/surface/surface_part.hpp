@@ -47,7 +47,7 @@ struct SurfacePart {
   bool closed = false;  ///< every edge has exactly two facets, of opposite sense
 };
 
-/// What was found in a mesh and done to it.
+/// Findings in a mesh and changes of it.
 struct SurfaceAccount {
   std::size_t faces_read = 0;           ///< faces of the file
   std::size_t triangles_read = 0;       ///< after polygons have been cut into triangles

@@ -13,7 +13,7 @@ namespace {
 /// Sine below which two directions are parallel.
 constexpr double kParallelSides = 1e-9;
 
-/// Of two segments.
+/// Distance of two segments.
 double segment_distance_m(const Point3& p, const Point3& q, const Point3& a, const Point3& b) {
   const Point3 u = vec::sub(q, p), v = vec::sub(b, a), w = vec::sub(p, a);
   const double uu = vec::dot(u, u), uv = vec::dot(u, v), vv = vec::dot(v, v);

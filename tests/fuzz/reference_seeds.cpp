@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Seeds of fuzz_reference_codec: one of each record, and sessions of the driver.
+/// Seeds of fuzz_reference: one of each record, and sessions of the driver.
 #include <array>
 #include <bit>
 
@@ -25,7 +25,7 @@ std::string text_of(float number) {
   return text;
 }
 
-/// What fuzz_reference_codec.cpp does by these numbers: see run_session there.
+/// What fuzz_reference.cpp does by these numbers: see run_session there.
 std::string raw_report(const ReferenceReport& report) {
   return std::string{'\0', static_cast<char>(kReferenceReportBytes)} +
          text_of<kReferenceReportBytes>(report);

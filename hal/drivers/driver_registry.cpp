@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/drivers/driver_registry.hpp"
+
+#include <array>
+#include <sstream>
+
+#include "hal/drivers/falcon_driver.hpp"
+#include "hal/drivers/polhem_driver.hpp"
+#include "hal/drivers/reference_driver.hpp"
+#include "hal/drivers/sha256.hpp"
+#include "hal/drivers/spacemouse_driver.hpp"
+
+namespace haptic::hal {
+namespace {
+
+using Kind = DriverKey::Kind;
+
+std::unique_ptr<Driver> make_reference(const DriverOptions& /*options*/, DriverDefect& /*defect*/) {
+  return std::make_unique<ReferenceDriver>();
+}
+
+constexpr std::array kFalconKeys = {
+    DriverKey{"firmware", Kind::kPath, "Novint's image; needed once after each power-up"},
+    DriverKey{"firmware_sha256", Kind::kText,
+              "the image must have one of these hashes: digits of sha256sum, separated by spaces"},
+    DriverKey{"firmware_accept_unknown", Kind::kFlag, "load an image whose hash is not known"}};
+
+std::unique_ptr<Driver> make_falcon(const DriverOptions& options, DriverDefect& defect) {
+  FalconSettings settings;
+  const auto* const path = options.value<std::string>("firmware");
+  const auto* const hashes = options.value<std::string>("firmware_sha256");
+  const bool* const accept = options.value<bool>("firmware_accept_unknown");
+  if (path == nullptr && (hashes != nullptr || accept != nullptr)) {
+    defect = {hashes != nullptr ? "firmware_sha256" : "firmware_accept_unknown",
+              "says how to check the firmware, and none is named; add firmware or remove the key"};
+    return nullptr;
+  }
+  if (path != nullptr) settings.firmware_path = *path;
+  if (accept != nullptr) settings.accept_unknown_firmware = *accept;
+  std::istringstream words(hashes != nullptr ? *hashes : "");
+  for (std::string word; words >> word;) {
+    Sha256Digest digest;
+    if (!parse_sha256(word, digest)) {
+      defect = {"firmware_sha256",
+                "'" + word + "' is no SHA-256; give the 64 digits that sha256sum FILE prints"};
+      return nullptr;
+    }
+    settings.known_firmware.push_back(digest);
+  }
+  return std::make_unique<FalconDriver>(std::move(settings));
+}
+
+std::unique_ptr<Driver> make_spacemouse(const DriverOptions& options, DriverDefect& /*defect*/) {
+  SpaceMouseSettings settings;
+  if (options.vendor_id != 0) {
+    settings.vendor_id = options.vendor_id;
+    settings.product_id = options.product_id;
+  }
+  return std::make_unique<SpaceMouseDriver>(settings);
+}
+
+std::vector<UsbIdentity> spacemouse_identities() {
+  std::vector<UsbIdentity> all;
+  for (const SpaceMouseModel& m : spacemouse_models()) all.push_back({m.vendor_id, m.product_id});
+  return all;
+}
+
+std::unique_ptr<Driver> make_polhem(const DriverOptions& options, DriverDefect& /*defect*/) {
+  PolhemSettings settings;
+  settings.has_deadman = options.has_deadman;
+  return std::make_unique<PolhemDriver>(settings);
+}
+
+constexpr std::array kRows = {
+    DriverRow{"reference",
+              "Reference device",
+              "This is a test identity of pid.codes, for a bench and for the device model; who "
+              "builds hardware puts an identity of their own here.",
+              {},
+              make_reference},
+    DriverRow{"falcon", "Novint Falcon", "", kFalconKeys, make_falcon},
+    DriverRow{"spacemouse",
+              "3Dconnexion",
+              "The six-axis models, and no others.",
+              {},
+              make_spacemouse,
+              spacemouse_identities},
+    DriverRow{"polhem",
+              "Polhem (WoodenHaptics over USB)",
+              "The number is its board library's default, not a registered identity: another "
+              "device may have it too.",
+              {},
+              make_polhem}};
+
+}  // namespace
+
+std::span<const DriverRow> driver_rows() noexcept { return kRows; }
+
+const DriverRow* find_driver(std::string_view name) noexcept {
+  for (const DriverRow& row : kRows) {
+    if (row.name == name) return &row;
+  }
+  return nullptr;
+}
+
+std::vector<UsbIdentity> identities_of(const DriverRow& row) {
+  if (row.identities != nullptr) return row.identities();
+  const std::unique_ptr<Driver> driver = standard_driver(row);
+  return {{driver->profile().vendor_id, driver->profile().product_id}};
+}
+
+std::unique_ptr<Driver> standard_driver(const DriverRow& row) {
+  DriverOptions options;
+  options.has_deadman = true;
+  DriverDefect defect;
+  return row.make(options, defect);
+}
+
+}  // namespace haptic::hal
