@@ -37,10 +37,34 @@ TEST_SUITE("host_sim.stability_theory") {
             .norm() == 0);
   }
 
-  TEST_CASE("spectral radius: of a matrix whose eigenvalues are known") {
+  TEST_CASE("spectral radius: of matrices whose eigenvalues are known") {
     Eigen::MatrixXd m(3, 3);
     m << 0, -4, 0, 1, 0, 0, 0, 0, -1.5;  // +-2i, -1.5
-    CHECK(spectral_radius(m) == doctest::Approx(2.0).epsilon(1e-12));
+    CHECK(spectral_radius(m) == doctest::Approx(2.0).epsilon(1e-14));
+    CHECK(spectral_radius(1e200 * m) == doctest::Approx(2e200).epsilon(1e-14));
+    CHECK(spectral_radius(1e-200 * m) == doctest::Approx(2e-200).epsilon(1e-14));
+    m << 0.9, 1e6, 0, 0, 0.9, 1e6, 0, 0, 0.9;  // one eigenvector, far from normal
+    CHECK(spectral_radius(m) == doctest::Approx(0.9).epsilon(1e-9));
+    m << 1, 1, 1, 0, 1, 1, 0, 0, 1;  // powers grow as the square of their exponent
+    CHECK(std::abs(spectral_radius(m) - 1) < 1e-12);
+    m << 0, 1, 2, 0, 0, 3, 0, 0, 0;
+    CHECK(spectral_radius(m) == 0);
+    m << 1, 0, 0, 0, std::nan(""), 0, 0, 0, 1;
+    CHECK(std::isnan(spectral_radius(m)));
+  }
+
+  TEST_CASE("spectral radius: the companion matrix of a polynomial has its largest root") {
+    for (const double root : {0.3, 0.999, 1.0, 1.001, 7.0}) {
+      // (x - root)(x^2 + 0.01 root^2)(x + root / 2)
+      const double roots[4] = {root, -root / 2, 0.1 * root, 0.1 * root};
+      const double sum = roots[0] + roots[1], product = roots[0] * roots[1];
+      const double square = roots[2] * roots[3];
+      Eigen::MatrixXd m = Eigen::MatrixXd::Zero(4, 4);
+      m.row(0) << sum, -product - square, sum * square, -product * square;
+      for (int k = 0; k < 3; ++k) m(k + 1, k) = 1;
+      CAPTURE(root);
+      CHECK(spectral_radius(m) == doctest::Approx(root).epsilon(1e-12));
+    }
   }
 
   TEST_CASE("stiffness: the boundary is the closed form to first order in bT/m") {
