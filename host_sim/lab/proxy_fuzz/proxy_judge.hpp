@@ -26,6 +26,12 @@ struct FreeGap {
   std::uint32_t vertex_a = 0, vertex_b = 0;  ///< between which the gap is
 };
 
+/// From the first vertex of an edge to its second [m].
+[[nodiscard]] inline WideVec along(const OraclePiece& piece, std::uint32_t edge) {
+  const OracleEdge& e = piece.edges[edge];
+  return piece.vertices[e.vertex[1]] - piece.vertices[e.vertex[0]];
+}
+
 struct PairPath;
 
 class FreeWitness {
