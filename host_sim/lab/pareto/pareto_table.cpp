@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host_sim/lab/pareto/headline_report.hpp"
-#include "host_sim/lab/reproduction/timing_table.hpp"
+#include "host_sim/lab/studies/reproduction/timing_table.hpp"
 #include "host_sim/report/part_report.hpp"
 
 #ifndef HAPTIC_BUILD_FLAGS
