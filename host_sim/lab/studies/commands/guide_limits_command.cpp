@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "host_sim/lab/commands/lab_commands.hpp"
+#include "host_sim/lab/studies/commands/study_commands.hpp"
 #include "host_sim/lab/studies/planning/guide_limits.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "host_sim/device/pressing_script.hpp"
-#include "host_sim/lab/commands/lab_commands.hpp"
+#include "host_sim/lab/studies/commands/study_commands.hpp"
 #include "host_sim/lab/studies/realtime/loop_rates.hpp"
 #include "host_sim/lab/studies/realtime/rate_error.hpp"
 #include "host_sim/report/part_report.hpp"

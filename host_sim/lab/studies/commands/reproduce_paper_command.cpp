@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "host_sim/lab/commands/lab_commands.hpp"
+#include "host_sim/lab/studies/commands/study_commands.hpp"
 #include "host_sim/lab/studies/reproduction/reproduction.hpp"
 #include "tools/common/error.hpp"
 

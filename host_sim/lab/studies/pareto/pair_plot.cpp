@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/lab/pareto/pareto_report.hpp"
+#include "host_sim/lab/studies/pareto/pair_plot.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -237,6 +237,13 @@ std::string latency_plot(const ParetoResult& result) {
     }
   }
   return svg_document(1030, 520, svg);
+}
+
+std::vector<OutputText> pair_pictures(const ParetoResult& result) {
+  if (result.pairs.empty()) return {};
+  return {{"error_time.svg", error_time_plot(result)},
+          {"time_nodes.svg", time_nodes_plot(result)},
+          {"latency.svg", latency_plot(result)}};
 }
 
 }  // namespace haptic::sim

@@ -6,7 +6,7 @@
 
 #include "hal/clock/servo_clock.hpp"
 #include "host_sim/lab/laws/law_comparison.hpp"
-#include "host_sim/lab/pareto/rendering_error.hpp"
+#include "host_sim/lab/pareto/headline.hpp"
 #include "host_sim/report/quantile.hpp"
 #include "host_sim/session/core_session.hpp"
 #include "tools/common/error.hpp"
@@ -90,11 +90,11 @@ std::vector<RateError> rate_errors(const SceneView& view, const MotionScript& mo
   std::vector<RateError> errors;
   for (const double rate_hz : rates_hz) {
     MotionScript script = motion;
-    script.rate_hz = rate_hz * kReferenceSubsteps;
+    script.rate_hz = rate_hz * kHeadlineSubsteps;
     const std::vector<MotionSample> fine = make_motion(script);
     std::vector<MotionSample> coarse;
-    for (std::size_t k = 0; k < fine.size(); k += kReferenceSubsteps) coarse.push_back(fine[k]);
-    const RateRun reference = run_rate(view, fine, rate_hz, kReferencePasses, kReferenceSubsteps);
+    for (std::size_t k = 0; k < fine.size(); k += kHeadlineSubsteps) coarse.push_back(fine[k]);
+    const RateRun reference = run_rate(view, fine, rate_hz, kReferencePasses, kHeadlineSubsteps);
     std::vector<std::uint32_t> passes = {own.coupling.passes};
     if (passes[0] > 1) passes.push_back(1);
     for (const std::uint32_t count : passes) {

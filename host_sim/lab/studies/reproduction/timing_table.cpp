@@ -2,12 +2,12 @@
 #include "host_sim/lab/studies/reproduction/timing_table.hpp"
 
 #include <algorithm>
-#include <fstream>
 
 #include "host_sim/lab/studies/reproduction/figures.hpp"
 #include "host_sim/oracle/scene_oracle.hpp"
 #include "host_sim/session/tick_clock.hpp"
 #include "host_sim/shapes/coherent_path.hpp"
+#include "host_sim/timing/processor_name.hpp"
 #include "host_sim/timing/tick_times.hpp"
 
 namespace haptic::sim {
@@ -48,16 +48,6 @@ struct TimedScene {
 };
 
 }  // namespace
-
-std::string processor_name() {
-  std::ifstream stream("/proc/cpuinfo");
-  std::string line;
-  while (std::getline(stream, line)) {
-    const std::size_t colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
-  }
-  return "unknown processor";
-}
 
 PartReport timing_part(const ReproductionSize& size) {
   const std::uint32_t repeats = 7;

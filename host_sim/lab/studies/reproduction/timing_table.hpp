@@ -2,14 +2,9 @@
 #pragma once
 /// Time of one tick of the core against the 0.1 to 0.6 ms of the paper (Sec. IV-B).
 
-#include <string>
-
 #include "host_sim/report/part_report.hpp"
 
 namespace haptic::sim {
-
-/// Model name of the processor as the operating system tells it, "unknown processor" otherwise.
-[[nodiscard]] std::string processor_name();
 
 /// Numbers of the machine: the only part that differs from run to run.
 [[nodiscard]] PartReport timing_part(const ReproductionSize& size);
