@@ -13,7 +13,6 @@ namespace haptic::sim {
 namespace {
 
 constexpr StabilityPart kParts[] = {
-    {2, "stiff", stiff_part},
     {3, "extreme", [](const StabilityOptions& o) { return extreme_part(o.quick); }},
     {8, "defaults", defaults_part},
 };

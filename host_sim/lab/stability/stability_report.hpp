@@ -38,7 +38,6 @@ struct StabilityPart {
 
 // The parts, one per file part_*.cpp.
 [[nodiscard]] PartReport z_width_part(const StabilityOptions& options);     ///< 1
-[[nodiscard]] PartReport stiff_part(const StabilityOptions& options);       ///< 2
 [[nodiscard]] PartReport continuity_part(const StabilityOptions& options);  ///< 4
 [[nodiscard]] PartReport energy_part(const StabilityOptions& options);      ///< 5
 [[nodiscard]] PartReport divisions_part(const StabilityOptions& options);   ///< 7
