@@ -16,7 +16,6 @@ using tools::Command;
 [[nodiscard]] Command add_continuity_command(CLI::App& program);
 [[nodiscard]] Command add_cost_command(CLI::App& program);
 [[nodiscard]] Command add_crossings_command(CLI::App& program);
-[[nodiscard]] Command add_delay_command(CLI::App& program);
 [[nodiscard]] Command add_faults_command(CLI::App& program);
 [[nodiscard]] Command add_flight_command(CLI::App& program);
 [[nodiscard]] Command add_friction_command(CLI::App& program);

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "hal/clock/servo_clock.hpp"
-#include "host_sim/lab/realtime/pressed_scene.hpp"
+#include "host_sim/lab/studies/realtime/pressed_scene.hpp"
 #include "host_sim/report/quantile.hpp"
 
 namespace haptic::sim {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/lab/realtime/pressed_scene.hpp"
+#include "host_sim/lab/studies/realtime/pressed_scene.hpp"
 
 #include "host_sim/device/pressing_script.hpp"
 #include "host_sim/device/stack_run.hpp"
