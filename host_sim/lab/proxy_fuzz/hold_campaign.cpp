@@ -192,11 +192,7 @@ HoldResult run_hold(const HoldSize& size, const RunOptions& options) {
   constexpr double kFrictions[] = {0.0, kHoldFriction};
   const std::size_t frictions = std::size(kFrictions), kinds = std::size(kFuzzMotions);
   const std::size_t runs = scenes.size() * frictions;
-  std::vector<std::uint64_t> numbers;
-  for (std::uint64_t k = 0; k < size.poses; ++k) {
-    if (!size.only) numbers.push_back(k);
-  }
-  if (size.only) numbers.push_back(*size.only);
+  const std::vector<std::uint64_t> numbers = numbers_of(size.poses, size.only);
   std::vector<bool> wanted(runs, false);
   for (const std::uint64_t number : numbers) wanted[number % runs] = true;
   std::vector<std::vector<std::byte>> blobs(runs);
@@ -262,7 +258,7 @@ std::string hold_page(const HoldResult& result) {
   return text;
 }
 
-void write_hold(const std::string& folder, const HoldResult& result) {
+CampaignEnd hold_end(const HoldResult& result) {
   const HoldTotals t = result.totals();
   ReportTable lines(
       "pose,scene,friction,device,motion,last_change,flags,force_n,residual_n,largest_rise_j,"
@@ -286,10 +282,10 @@ void write_hold(const std::string& folder, const HoldResult& result) {
   j["largest_residual_n"] = static_cast<double>(t.largest_residual_n);
   j["largest_rise_j"] = static_cast<double>(t.largest_rise_j);
   j["worst_end_gap_m"] = static_cast<double>(t.worst_gap_m);
-  write_whole_file(folder + "/hold.csv", lines.csv());
-  write_whole_file(folder + "/hold.json", j.dump(2) + "\n");
-  write_whole_file(folder + "/hold.md", hold_page(result));
-  if (result.size.only) write_whole_file(folder + "/hold_ticks.csv", result.ticks_csv);
+  const std::string page = hold_page(result);
+  CampaignEnd end{page, campaign_files("hold", lines.csv(), j, page), t.failed() == 0};
+  if (result.size.only) end.files.push_back({"hold_ticks.csv", result.ticks_csv});
+  return end;
 }
 
 }  // namespace haptic::sim

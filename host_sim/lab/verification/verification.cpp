@@ -188,25 +188,30 @@ nlohmann::ordered_json named(nlohmann::ordered_json head, const Totals& totals) 
   return head;
 }
 
+std::string verification_lines(const VerificationResult& result) {
+  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  const VerdictTotals v = result.verdict_totals();
+  const DepthTotals d = result.depth_totals();
+  const NearTotals n = result.near_totals();
+  return tools::formatted(
+             "verdicts   %llu queries (%llu separated, %llu colliding, %llu touching, %llu "
+             "undecided): %llu bad certificates; %llu judged: %llu wrong\n",
+             number(v.queries), number(v.separated), number(v.colliding), number(v.touching),
+             number(v.undecided), number(v.bad_certificates()), number(v.judged),
+             number(v.wrong_verdicts + v.wrong_boundaries)) +
+         tools::formatted(
+             "D_near     %llu ticks (%llu inside, %llu within 5 mm): %llu wrong, largest error "
+             "%.2Lg m inside, %.2Lg m outside; %llu wrong bounds beyond\n",
+             number(d.ticks), number(d.inside), number(d.near), number(d.wrong), d.largest_inside_m,
+             d.largest_near_m, number(d.wrong_bounds)) +
+         tools::formatted(
+             "near sets  %llu poses, %llu members: %llu missing, %llu extra, %llu of the subset "
+             "missing; %llu ambiguous, %llu cut\n",
+             number(n.poses), number(n.members), number(n.missing), number(n.extra),
+             number(n.subset_missing), number(n.ambiguous), number(n.cut));
+}
+
 }  // namespace
-
-VerdictTotals VerificationResult::verdict_totals() const {
-  VerdictTotals totals;
-  for (const VerdictRow& row : verdicts) totals.add(row.totals);
-  return totals;
-}
-
-DepthTotals VerificationResult::depth_totals() const {
-  DepthTotals totals;
-  for (const DepthRow& row : depths) totals.add(row.totals);
-  return totals;
-}
-
-NearTotals VerificationResult::near_totals() const {
-  NearTotals totals;
-  for (const NearRow& row : near_sets) totals.add(row.totals);
-  return totals;
-}
 
 bool VerificationResult::passed() const {
   return verdict_totals().passed() && depth_totals().passed() && near_totals().passed();
@@ -234,7 +239,7 @@ std::string verification_page(const VerificationResult& result) {
          failure_section(result);
 }
 
-void write_verification(const std::string& folder, const VerificationResult& result) {
+CampaignEnd verification_end(const VerificationResult& result, const std::string& folder) {
   std::vector<nlohmann::ordered_json> verdicts, depths, near_sets;
   for (const VerdictRow& row : result.verdicts) {
     verdicts.push_back(named({{"pair", row.pair},
@@ -253,11 +258,15 @@ void write_verification(const std::string& folder, const VerificationResult& res
       {"verdicts", {{"total", json_of(result.verdict_totals())}, {"rows", verdicts}}},
       {"d_near", {{"total", json_of(result.depth_totals())}, {"rows", depths}}},
       {"near_sets", {{"total", json_of(result.near_totals())}, {"rows", near_sets}}}};
-  write_whole_file(folder + "/verify.json", page.dump(2) + "\n");
-  write_whole_file(folder + "/verify.md", verification_page(result));
-  write_whole_file(folder + "/verify_verdicts.csv", csv_of(verdicts));
-  write_whole_file(folder + "/verify_d_near.csv", csv_of(depths));
-  write_whole_file(folder + "/verify_near_sets.csv", csv_of(near_sets));
+  return {verification_lines(result) + folder + "/verify.md: " +
+              (result.passed() ? "every count that must be zero is zero\n"
+                               : "a count that must be zero is not\n"),
+          {{"verify.json", page.dump(2) + "\n"},
+           {"verify.md", verification_page(result)},
+           {"verify_verdicts.csv", csv_of(verdicts)},
+           {"verify_d_near.csv", csv_of(depths)},
+           {"verify_near_sets.csv", csv_of(near_sets)}},
+          result.passed()};
 }
 
 }  // namespace haptic::sim
