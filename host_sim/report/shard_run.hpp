@@ -87,6 +87,21 @@ template <typename Row>
   return sum;
 }
 
+/// Sums of rows that share a key, in the order in which the keys first come.
+template <typename Key, typename Totals>
+class Groups {
+ public:
+  Totals& at(const Key& key) {
+    for (auto& [known, totals] : groups_)
+      if (known == key) return totals;
+    return groups_.emplace_back(key, Totals{}).second;
+  }
+  [[nodiscard]] const std::vector<std::pair<Key, Totals>>& list() const { return groups_; }
+
+ private:
+  std::vector<std::pair<Key, Totals>> groups_;
+};
+
 /// Rows of a table, each with a number of items to judge, cut into shards that threads take in any
 /// order. `Row` has `totals` with `add`; they are added in the order of the shards, so that the
 /// number of threads changes nothing.

@@ -148,8 +148,7 @@ void cross(const Crossing& crossing, std::uint32_t passes, const std::string& la
                                              "gap " + number_text(gap) + " m, thickness " +
                                                  number_text(widen(crossing.thinner_m)) + " m"));
     };
-    Wide end = judge.free_gap_m(after, -allowed);
-    if (end < -allowed) end = judge.exact_gap_m(after, -allowed);
+    const Wide end = judge.end_gap_m(after, -allowed);
     ++totals.ends;
     totals.worst_end_m = std::min(totals.worst_end_m, end / share);
     if (end < -allowed && !deep) {
@@ -236,15 +235,10 @@ CrossingResult run_crossings(const CrossingSize& size, const RunOptions& options
         cross(crossing, 1, label, size.fault, totals);
         cross(crossing, kDefaultProxyPasses, label + ", all passes", size.fault, totals);
       });
+  Groups<std::string, CrossingTotals> groups;
+  for (const CrossingRow& one : all) groups.at(one.group).add(one.totals);
   CrossingResult result{size, {}};
-  for (const CrossingRow& one : all) {
-    const auto row = std::ranges::find(result.rows, one.group, &CrossingRow::group);
-    if (row == result.rows.end()) {
-      result.rows.push_back(one);
-    } else {
-      row->totals.add(one.totals);
-    }
-  }
+  for (const auto& [group, totals] : groups.list()) result.rows.push_back({group, totals});
   return result;
 }
 

@@ -94,8 +94,7 @@ void fly(FlightRow& row, const FlightSize& size, std::uint64_t seed) {
     }
     result = session.core().step(input);
     const WidePose after = wide_pose(result.proxy_pose_wa);
-    Wide end = judge.free_gap_m(after, -allowed);
-    if (end < -allowed) end = judge.exact_gap_m(after, -allowed);
+    const Wide end = judge.end_gap_m(after, -allowed);
     row.worst_end_m = std::min(row.worst_end_m, end / share);
     row.deep = row.deep || end < -allowed;
     if (t < lowering + settling) continue;

@@ -113,8 +113,7 @@ void FuzzRun::check_free(const Tick& tick, ProxyFuzzTotals& totals) {
   const Wide allowed = judge_.allowed_depth_m();
   // Deeper than seen so far: then it is worth the search for the distance itself.
   const Wide worst = std::max(totals.worst_gap_m * share, -allowed);
-  Wide gap = judge_.free_gap_m(tick.after, worst);
-  if (gap < worst) gap = judge_.exact_gap_m(tick.after, worst);
+  const Wide gap = judge_.end_gap_m(tick.after, worst);
   if (gap < totals.worst_gap_m * share) totals.worst_gap_m = gap / share;
   if (gap < -allowed) {
     fail(tick, "not free", "gap " + number_text(gap) + " m", totals.deep, totals);

@@ -97,8 +97,7 @@ void hold(HoldRun& run, FuzzMotionKind kind, std::uint64_t seed, std::optional<P
     if (!same || t == 0) {
       const Wide energy = run.judge.potential_j(wide_error(goal, part));
       pose.largest_rise_j = std::max(pose.largest_rise_j, energy - start_j);
-      Wide gap = run.judge.free_gap_m(part, -allowed);
-      if (gap < -allowed) gap = run.judge.exact_gap_m(part, -allowed);
+      const Wide gap = run.judge.end_gap_m(part, -allowed);
       pose.worst_gap_m = std::min(pose.worst_gap_m, gap / share);
       pose.deep = pose.deep || gap < -allowed;
     }
@@ -145,16 +144,11 @@ ReportTable hold_table(const HoldResult& result) {
   ReportTable table(
       "scene,friction,poses,held,moving,unbalanced,energy rises,too deep,flagged,largest residual "
       "N,largest rise J,worst gap um");
-  std::vector<std::pair<std::string, double>> order;
-  std::map<std::pair<std::string, double>, HoldTotals> rows;
-  for (const HoldPose& pose : result.poses) {
-    const auto [row, fresh] = rows.try_emplace({pose.scene, pose.friction});
-    if (fresh) order.push_back(row->first);
-    row->second.add(pose);
-  }
-  for (const auto& key : order) {
+  Groups<std::pair<std::string, double>, HoldTotals> rows;
+  for (const HoldPose& pose : result.poses) rows.at({pose.scene, pose.friction}).add(pose);
+  for (const auto& [key, totals] : rows.list()) {
     std::vector<Cell> cells{key.first, number_text(widen(key.second))};
-    for (const Cell& cell : cells_of(rows[key])) cells.push_back(cell);
+    for (const Cell& cell : cells_of(totals)) cells.push_back(cell);
     table.add(std::move(cells));
   }
   return table;

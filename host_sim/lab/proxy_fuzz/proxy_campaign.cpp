@@ -100,21 +100,15 @@ std::string scene_table(const ProxyFuzzResult& result) {
       "scene,friction,ticks,held,worst gap um,on the way um,largest rise J,longest still,stall,all "
       "rejected,"
       "rejected passes,rounds,rows,QP steps,plane gaps,valid nodes,failures");
-  for (std::size_t k = 0; k < result.rows.size();) {
-    const ProxyFuzzRow& first = result.rows[k];
-    ProxyFuzzTotals t;
-    for (; k < result.rows.size() && result.rows[k].scene == first.scene &&
-           result.rows[k].friction == first.friction;
-         ++k) {
-      t.add(result.rows[k].totals);
-    }
+  Groups<std::pair<std::string, double>, ProxyFuzzTotals> groups;
+  for (const ProxyFuzzRow& row : result.rows) groups.at({row.scene, row.friction}).add(row.totals);
+  for (const auto& [key, t] : groups.list()) {
     const std::uint64_t held = 100 * t.held / std::max<std::uint64_t>(t.ticks, 1);
-    table.add({first.scene, number_text(widen(first.friction)), t.ticks,
-               std::to_string(held) + " %", number_text(t.worst_gap_m * 1e6L),
-               number_text(t.worst_path_m * 1e6L), number_text(t.largest_rise_j), t.longest_still,
-               t.longest_stall, t.longest_rejected, t.rejected_passes, t.peaks.proxy_rounds,
-               t.peaks.proxy_rows, t.peaks.qp_iterations, t.peaks.plane_gaps, t.peaks.valid_nodes,
-               t.failed()});
+    table.add({key.first, number_text(widen(key.second)), t.ticks, std::to_string(held) + " %",
+               number_text(t.worst_gap_m * 1e6L), number_text(t.worst_path_m * 1e6L),
+               number_text(t.largest_rise_j), t.longest_still, t.longest_stall, t.longest_rejected,
+               t.rejected_passes, t.peaks.proxy_rounds, t.peaks.proxy_rows, t.peaks.qp_iterations,
+               t.peaks.plane_gaps, t.peaks.valid_nodes, t.failed()});
   }
   return table.markdown();
 }

@@ -131,6 +131,11 @@ class ProxyJudge {
   /// The smallest signed distance itself, by the exhaustive search of every pair with no gap of
   /// `wanted_m` at hand.
   [[nodiscard]] Wide exact_gap_m(const WidePose& pose, Wide wanted_m);
+  /// The first where it is at least `wanted_m`, else the second.
+  [[nodiscard]] Wide end_gap_m(const WidePose& pose, Wide wanted_m) {
+    const Wide gap = free_gap_m(pose, wanted_m);
+    return gap < wanted_m ? exact_gap_m(pose, wanted_m) : gap;
+  }
 
   /// The smallest signed distance on the way from one configuration to the next, where it is below
   /// `-allowed_depth_m()`; else the smallest seen.

@@ -76,12 +76,15 @@ std::string scene_table(const SurfaceFuzzResult& result) {
   ReportTable table(
       "scene,triangles,ticks,held,worst gap um,on the way um,ticks that meet,behind,longest "
       "arrival,failures");
-  for (std::size_t k = 0; k < result.rows.size();) {
-    const SurfaceFuzzRow& first = result.rows[k];
-    SurfaceTotals t;
-    for (; k < result.rows.size() && result.rows[k].scene == first.scene; ++k) {
-      t.add(result.rows[k].totals);
-    }
+  struct Key {
+    std::string scene;
+    std::size_t moving, fixed;
+    bool operator==(const Key&) const = default;
+  };
+  Groups<Key, SurfaceTotals> groups;
+  for (const SurfaceFuzzRow& row : result.rows)
+    groups.at({row.scene, row.moving, row.fixed}).add(row.totals);
+  for (const auto& [first, t] : groups.list()) {
     const std::uint64_t held = 100 * t.held / std::max<std::uint64_t>(t.ticks, 1);
     table.add({first.scene, std::to_string(first.moving) + " x " + std::to_string(first.fixed),
                t.ticks, std::to_string(held) + " %", number_text(t.worst_gap_m * 1e6L),

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/lab/verification/verification.hpp"
 
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "host_sim/report/part_report.hpp"
@@ -15,22 +14,6 @@ std::string metres(Wide value) { return value == 0 ? "0" : number_text(value); }
 std::string orientation_of(const VerdictRow& row) {
   return row.aligned ? "aligned, noise " + number_text(widen(row.noise_rad)) + " rad" : "generic";
 }
-
-/// Sums of rows that share a name, in the order in which the names first come.
-template <typename Totals>
-class Groups {
- public:
-  void add(const std::string& name, const Totals& totals) {
-    const auto [at, is_new] = index_.try_emplace(name, groups_.size());
-    if (is_new) groups_.push_back({name, {}});
-    groups_[at->second].second.add(totals);
-  }
-  [[nodiscard]] const std::vector<std::pair<std::string, Totals>>& list() const { return groups_; }
-
- private:
-  std::map<std::string, std::size_t> index_;
-  std::vector<std::pair<std::string, Totals>> groups_;
-};
 
 std::vector<std::string> verdict_cells(const std::string& name, const VerdictTotals& t) {
   return {name,
@@ -46,7 +29,7 @@ std::vector<std::string> verdict_cells(const std::string& name, const VerdictTot
           metres(t.largest_excess_m)};
 }
 
-std::string verdict_table(const char* first, const Groups<VerdictTotals>& groups) {
+std::string verdict_table(const char* first, const Groups<std::string, VerdictTotals>& groups) {
   std::string table =
       table_head({first, "queries", "separated", "colliding", "touching", "undecided",
                   "bad certificates", "judged", "wrong", "by slack", "largest distance, m"});
@@ -55,13 +38,13 @@ std::string verdict_table(const char* first, const Groups<VerdictTotals>& groups
 }
 
 std::string verdict_section(const VerificationResult& result) {
-  Groups<VerdictTotals> pairs, modes, orientations;
+  Groups<std::string, VerdictTotals> pairs, modes, orientations;
   for (const VerdictRow& row : result.verdicts) {
-    pairs.add(row.pair, row.totals);
-    modes.add(name_of(row.mode), row.totals);
-    orientations.add(orientation_of(row), row.totals);
+    pairs.at(row.pair).add(row.totals);
+    modes.at(name_of(row.mode)).add(row.totals);
+    orientations.at(orientation_of(row)).add(row.totals);
   }
-  pairs.add("all", result.verdict_totals());
+  pairs.at("all").add(result.verdict_totals());
   return "## Verdicts\n\nEvery certificate is checked again in long double from the vertices "
          "alone. "
          "Separated: along the reported direction the smallest height of all vertices of A is "
