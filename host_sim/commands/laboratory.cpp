@@ -22,7 +22,6 @@ constexpr LaboratoryCommand kLaboratory[] = {
     {"cost", "Counts the work of a tick on seven scenes; compares with an earlier build."},
     {"crossings",
      "Drives rods, blades and sheets through each other; the way of every pass judged."},
-    {"delay", "Measures the time from a motion to the force that answers it, in both modes."},
     {"faults", "Makes every fault of device, bus and servo loop happen in every state."},
     {"flight", "Flies parts of 10 um to 10 m freely and along a wall: no force at all."},
     {"friction",

@@ -2,6 +2,8 @@
 // host_lab: the laboratory. It verifies, times and compares the core; host_sim hands these commands
 // on.
 #include <CLI/App.hpp>
+#include <utility>
+#include <vector>
 
 #include "host_sim/lab/commands/lab_commands.hpp"
 
@@ -9,19 +11,20 @@ int main(int argc, char** argv) {
   using namespace haptic;
   CLI::App program("Laboratory: verifies the core, times it and compares it with others.",
                    "host_lab");
-  const sim::Command commands[] = {
-      sim::add_accept_command(program),          sim::add_calm_command(program),
-      sim::add_compare_laws_command(program),    sim::add_cost_command(program),
-      sim::add_crossings_command(program),       sim::add_delay_command(program),
-      sim::add_faults_command(program),          sim::add_flight_command(program),
-      sim::add_friction_command(program),        sim::add_guide_limits_command(program),
-      sim::add_guide_study_command(program),     sim::add_hold_command(program),
-      sim::add_pareto_command(program),          sim::add_pegs_command(program),
-      sim::add_plan_sampled_command(program),    sim::add_planners_command(program),
-      sim::add_proxy_fuzz_command(program),      sim::add_rates_command(program),
-      sim::add_reproduce_paper_command(program), sim::add_soak_command(program),
-      sim::add_stability_command(program),       sim::add_strangers_command(program),
-      sim::add_surface_fuzz_command(program),    sim::add_vectors_command(program),
-      sim::add_verify_command(program),          sim::add_wcet_command(program)};
+  std::vector<sim::Command> commands = {
+      sim::add_accept_command(program),       sim::add_calm_command(program),
+      sim::add_compare_laws_command(program),
+      sim::add_cost_command(program),         sim::add_crossings_command(program),
+      sim::add_faults_command(program),       sim::add_flight_command(program),
+      sim::add_friction_command(program),
+
+      sim::add_hold_command(program),         sim::add_pareto_command(program),
+      sim::add_plan_sampled_command(program), sim::add_proxy_fuzz_command(program),
+
+      sim::add_soak_command(program),         sim::add_stability_command(program),
+      sim::add_strangers_command(program),    sim::add_surface_fuzz_command(program),
+      sim::add_vectors_command(program),      sim::add_verify_command(program),
+      sim::add_wcet_command(program)};
+  for (sim::Command& study : sim::add_study_commands(program)) commands.push_back(std::move(study));
   return tools::run_program(program, commands, tools::kCommonExitCodes, argc, argv);
 }

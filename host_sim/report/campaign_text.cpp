@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <nlohmann/json.hpp>
+#include <utility>
 
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
@@ -47,6 +49,28 @@ std::string campaign_line(std::uint64_t seed, std::uint64_t ticks, std::uint64_t
       "seed %llu: %llu ticks (%llu held), %.0f ticks/s", static_cast<unsigned long long>(seed),
       static_cast<unsigned long long>(ticks), static_cast<unsigned long long>(held),
       static_cast<double>(ticks) / seconds);
+}
+
+std::vector<OutputText> campaign_files(const std::string& stem, std::string csv,
+                                       const nlohmann::ordered_json& json, std::string page) {
+  return {{stem + ".csv", std::move(csv)},
+          {stem + ".json", json.dump(2) + "\n"},
+          {stem + ".md", std::move(page)}};
+}
+
+std::string failure_lines(const FailureLog& failures) {
+  std::string text;
+  for (const std::string& line : failures.lines()) text += "  " + line + "\n";
+  return text;
+}
+
+int finish_campaign(const CampaignEnd& end, const std::string& folder, bool faulty) {
+  std::fputs(end.said.c_str(), stdout);
+  if (!folder.empty()) {
+    for (const OutputText& file : end.files)
+      write_whole_file(folder + "/" + file.name, file.content);
+  }
+  return campaign_exit(end.passed, faulty);
 }
 
 int finish_study(const PartReport& report, const std::string& name, const std::string& folder,

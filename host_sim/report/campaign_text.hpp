@@ -42,6 +42,23 @@ void append_cells(std::vector<Cell>& cells, const Counts& counts);
 /// "seed 1: 1000 ticks (200 held), 51234 ticks/s"
 [[nodiscard]] std::string campaign_line(std::uint64_t seed, std::uint64_t ticks, std::uint64_t held,
                                         double seconds);
+/// How a campaign ends: what is said, its files, and whether all that must hold does.
+struct CampaignEnd {
+  std::string said;
+  std::vector<OutputText> files;
+  bool passed = true;
+};
+
+/// `stem`.csv, .json and .md.
+[[nodiscard]] std::vector<OutputText> campaign_files(const std::string& stem, std::string csv,
+                                                     const nlohmann::ordered_json& json,
+                                                     std::string page);
+/// "  kind: text" a line, behind what a campaign says.
+[[nodiscard]] std::string failure_lines(const FailureLog& failures);
+/// Prints what is said and writes the files into `folder` where one is given; @return the exit
+/// code, as campaign_exit(). @throws tools::OsError a file cannot be written.
+[[nodiscard]] int finish_campaign(const CampaignEnd& end, const std::string& folder, bool faulty);
+
 /// Prints a study and writes its page, `name`.md, and its files into `folder` where one is given;
 /// @return its exit code, as campaign_exit().
 [[nodiscard]] int finish_study(const PartReport& report, const std::string& name,

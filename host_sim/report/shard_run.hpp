@@ -14,6 +14,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -68,6 +69,38 @@ void run_shards(std::size_t count, const RunOptions& options, const std::string&
   for (std::thread& thread : threads) thread.join();
   if (failure) std::rethrow_exception(failure);
 }
+
+/// The numbers of a run's items: all of `count`, or the one that is asked for.
+[[nodiscard]] inline std::vector<std::uint64_t> numbers_of(std::uint64_t count,
+                                                           std::optional<std::uint64_t> only) {
+  std::vector<std::uint64_t> numbers;
+  if (only) return {*only};
+  for (std::uint64_t k = 0; k < count; ++k) numbers.push_back(k);
+  return numbers;
+}
+
+/// The totals of all rows of a table together, in their order.
+template <typename Row>
+[[nodiscard]] auto sum_of(const std::vector<Row>& rows) {
+  decltype(Row::totals) sum;
+  for (const Row& row : rows) sum.add(row.totals);
+  return sum;
+}
+
+/// Sums of rows that share a key, in the order in which the keys first come.
+template <typename Key, typename Totals>
+class Groups {
+ public:
+  Totals& at(const Key& key) {
+    for (auto& [known, totals] : groups_)
+      if (known == key) return totals;
+    return groups_.emplace_back(key, Totals{}).second;
+  }
+  [[nodiscard]] const std::vector<std::pair<Key, Totals>>& list() const { return groups_; }
+
+ private:
+  std::vector<std::pair<Key, Totals>> groups_;
+};
 
 /// Rows of a table, each with a number of items to judge, cut into shards that threads take in any
 /// order. `Row` has `totals` with `add`; they are added in the order of the shards, so that the

@@ -244,13 +244,18 @@ std::vector<MotionSample> read_played_motion(const std::string& path) {
   return motion;
 }
 
-void write_motion_csv(const std::string& path, const std::vector<MotionSample>& motion) {
+std::string motion_csv(const std::vector<MotionSample>& motion) {
   std::string text(kHeader);
   text += '\n';
   for (const MotionSample& sample : motion) {
     append_sample(text, sample);
     text += '\n';
   }
+  return text;
+}
+
+void write_motion_csv(const std::string& path, const std::vector<MotionSample>& motion) {
+  const std::string text = motion_csv(motion);
   tools::write_files({{path, std::as_bytes(std::span(text))}});
 }
 

@@ -33,6 +33,9 @@ constexpr double kFarthestMotion_m = 10;
 /// The motion as write_motion_csv and read_motion_csv leave it: with the digits of the file.
 [[nodiscard]] std::vector<MotionSample> as_written(const std::vector<MotionSample>& motion);
 
+/// A motion with fixed digits, as write_motion_csv writes it.
+[[nodiscard]] std::string motion_csv(const std::vector<MotionSample>& motion);
+
 /// Writes a motion with fixed digits: time 6, positions 9, quaternions 12, lines ending in LF.
 /// Equal samples give equal bytes.
 /// @throws tools::OsError  the file cannot be written.

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "host_sim/lab/optional/studies.hpp"
 #include "tests/support/program_run.hpp"
 
 namespace {
@@ -164,6 +165,7 @@ const Row kRows[] = {
     {kSim, "stability --out @s --laws foo", 2, "paper"},
     {kSim, "stability --out @s --parts 99", 2, "the parts are 1"},
     {kSim, "wcet @peg.rtscene --quick --fault foo", 2, "its bounds are"},
+    {kSim, "pareto --out @p --pairs W7", 2, "W7"},
     {kSim, "compare-laws @peg.rtscene --motion @m.csv --out @c --towards 0,0,0", 2, "no direction"},
     {kCompiler, "@scene.toml -o @a.rtscene --simplify -1", 2, "is no positive number"},
     // Motions that cannot be meant.
@@ -214,6 +216,22 @@ TEST_CASE("wrong words are answered with their name and the fix, and no file is 
   }
 }
 
+TEST_CASE("a study that is not in the build says how to get it, and no file is made") {
+  if (haptic::sim::studies_built()) return;
+  const UserFolder user;
+  const std::string before = user.content();
+  for (const char* arguments :
+       {"reproduce-paper --out @paper --quick", "pegs --out @pegs", "planners --out @p",
+        "guide-study --out @s --runs 3", "guide-limits --out @l", "rates @peg.rtscene",
+        "stability --out @s --parts 3,1", "pareto --out @p --pairs W1"}) {
+    const ProgramResult run = run_program(kSim, user.words(arguments));
+    INFO(arguments, "\n", run.err);
+    CHECK(run.exit_code == 2);
+    CHECK(run.err.find("-DHAPTIC_BUILD_STUDIES=ON") != std::string::npos);
+    CHECK(user.content() == before);
+  }
+}
+
 TEST_CASE("what nobody could read was not given: a full device, in every program") {
   const UserFolder user;
   const std::pair<const char*, const char*> calls[] = {
@@ -233,12 +251,29 @@ TEST_CASE("what nobody could read was not given: a full device, in every program
 }
 
 TEST_CASE("every help is text, names its exit codes and an example") {
-  const char* lab[] = {"accept",          "calm",     "compare-laws", "cost",
-                       "crossings",       "delay",    "faults",       "flight",
-                       "friction",        "hold",     "pareto",       "pegs",
-                       "plan-sampled",    "planners", "proxy-fuzz",   "rates",
-                       "reproduce-paper", "soak",     "stability",    "surface-fuzz",
-                       "vectors",         "verify",   "wcet"};
+  const char* lab[] = {"accept",
+                       "calm",
+                       "compare-laws",
+                       "continuity",
+                       "cost",
+                       "crossings",
+                       "faults",
+                       "flight",
+                       "friction",
+                       "hold",
+                       "pareto",
+                       "pegs",
+                       "plan-sampled",
+                       "planners",
+                       "proxy-fuzz",
+                       "rates",
+                       "reproduce-paper",
+                       "soak",
+                       "stability",
+                       "surface-fuzz",
+                       "vectors",
+                       "verify",
+                       "wcet"};
   const char* sim[] = {"motion", "plan", "play", "replay", "run", "serve", "usb-device", "view"};
   std::vector<std::pair<const char*, std::string>> calls{
       {kCompiler, ""}, {kInspect, ""}, {kRun, "doctor"}, {kRun, "run"}};

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "host_sim/lab/stability/division_comparison.hpp"
-#include "host_sim/lab/stability/stability_report.hpp"
 #include "rt_core/base/scalar.hpp"
 
 using namespace haptic;
@@ -121,22 +120,5 @@ TEST_SUITE("host_sim.hole_divisions") {
     CHECK_FALSE(agrees(twice.paper.back(), wall.contact, twice.tolerance_n));
     CHECK(twice.paper.back().share_over(kFeltDifference_n) > 0.1);
     CHECK(twice.paper.back().quantile_n(1) > 0.5);
-  }
-
-  TEST_CASE("report: files of the part, limits hold") {
-    if (HAPTIC_REAL_IS_FLOAT) return;
-    const PartReport report = divisions_part({});
-    for (const Finding& finding : report.findings) {
-      CAPTURE(finding.topic);
-      CAPTURE(finding.ours);
-      CHECK(finding.same == "yes");
-    }
-    CHECK(report.passed);
-    CHECK(report.findings.size() > 20);
-    CHECK(report.files.size() == 3);
-    for (const OutputText& file : report.files) {
-      CHECK(file.content.size() > 200);
-      CHECK(file.content.find("nan") == std::string::npos);
-    }
   }
 }

@@ -151,4 +151,31 @@ TEST_SUITE("host_sim.proxy_fuzz") {
     }
     CHECK(run_program(HAPTIC_HOST_SIM, "proxy-fuzz --ticks 0").exit_code == 2);
   }
+
+  TEST_CASE("program: crossings and hold write three files, one of them runs alone, a fault is 1") {
+    const ScratchFolder folder("proxy_campaigns");
+    struct Row {
+      const char *words, *stem, *fault;
+    };
+    for (const Row& row : {Row{"crossings --crossings 4", "crossings", "certificate"},
+                           Row{"hold --poses 3", "hold", "spring"}}) {
+      INFO(row.words);
+      const std::string out = folder.file(row.stem);
+      CHECK(run_program(HAPTIC_HOST_SIM, std::string(row.words) + " --out " + out).exit_code == 0);
+      for (const char* end : {".csv", ".json", ".md"})
+        CHECK(std::filesystem::file_size(out + "/" + row.stem + end) > 100);
+      const ProgramResult one = run_program(HAPTIC_HOST_SIM, std::string(row.words) + " --only 1");
+      CHECK(one.exit_code == 0);
+      CHECK(
+          one.out.find("1 " + std::string(row.stem == std::string("hold") ? "pose" : "crossing")) !=
+          std::string::npos);
+      const ProgramResult damaged = run_program(
+          HAPTIC_HOST_SIM, std::string(row.words) + "0 --fault " + std::string(row.fault));
+      CHECK(damaged.exit_code == 1);
+      CHECK(damaged.out.find("## Failures") != std::string::npos);
+    }
+    const ProgramResult none = run_program(HAPTIC_HOST_SIM, "crossings --crossings 10 --only 14");
+    CHECK(none.exit_code == 3);
+    CHECK(none.err.find("no crossing 14; there are 14, from 0") != std::string::npos);
+  }
 }

@@ -56,11 +56,12 @@ TEST_SUITE("host_sim.stability") {
     options.quick = true;
     options.laws = {LawId::kPaper};
     const test::ScratchFolder folder("stability");
-    CHECK(write_stability(folder.file("two"), {2}, options));
-    for (const char* name : {"stiff.csv", "stiff.md", "stiff.svg", "README.md"})
-      CHECK(test::text_of_file(folder.file(std::string("two/") + name)).size() > 200);
-    CHECK(test::text_of_file(folder.file("two/README.md")).find("| no |") == std::string::npos);
-    CHECK_THROWS_AS(static_cast<void>(write_stability(folder.file("none"), {99}, options)),
-                    tools::UsageError);
+    CHECK(write_stability(folder.file("three"), {3}, options));
+    for (const char* name : {"extreme.csv", "extreme.md", "extreme.svg", "README.md"})
+      CHECK(test::text_of_file(folder.file(std::string("three/") + name)).size() > 200);
+    CHECK(test::text_of_file(folder.file("three/README.md")).find("| no |") == std::string::npos);
+    for (const int gone : {2, 99})
+      CHECK_THROWS_AS(static_cast<void>(write_stability(folder.file("none"), {gone}, options)),
+                      tools::UsageError);
   }
 }

@@ -6,7 +6,6 @@
 
 #include "host_sim/device/matrix_exponential.hpp"
 #include "host_sim/lab/stability/spectral_radius.hpp"
-#include "host_sim/lab/stability/virtual_tool.hpp"
 
 using namespace haptic::sim;
 
@@ -37,10 +36,34 @@ TEST_SUITE("host_sim.stability_theory") {
             .norm() == 0);
   }
 
-  TEST_CASE("spectral radius: of a matrix whose eigenvalues are known") {
+  TEST_CASE("spectral radius: of matrices whose eigenvalues are known") {
     Eigen::MatrixXd m(3, 3);
     m << 0, -4, 0, 1, 0, 0, 0, 0, -1.5;  // +-2i, -1.5
-    CHECK(spectral_radius(m) == doctest::Approx(2.0).epsilon(1e-12));
+    CHECK(spectral_radius(m) == doctest::Approx(2.0).epsilon(1e-14));
+    CHECK(spectral_radius(1e200 * m) == doctest::Approx(2e200).epsilon(1e-14));
+    CHECK(spectral_radius(1e-200 * m) == doctest::Approx(2e-200).epsilon(1e-14));
+    m << 0.9, 1e6, 0, 0, 0.9, 1e6, 0, 0, 0.9;  // one eigenvector, far from normal
+    CHECK(spectral_radius(m) == doctest::Approx(0.9).epsilon(1e-9));
+    m << 1, 1, 1, 0, 1, 1, 0, 0, 1;  // powers grow as the square of their exponent
+    CHECK(std::abs(spectral_radius(m) - 1) < 1e-12);
+    m << 0, 1, 2, 0, 0, 3, 0, 0, 0;
+    CHECK(spectral_radius(m) == 0);
+    m << 1, 0, 0, 0, std::nan(""), 0, 0, 0, 1;
+    CHECK(std::isnan(spectral_radius(m)));
+  }
+
+  TEST_CASE("spectral radius: the companion matrix of a polynomial has its largest root") {
+    for (const double root : {0.3, 0.999, 1.0, 1.001, 7.0}) {
+      // (x - root)(x^2 + 0.01 root^2)(x + root / 2)
+      const double roots[4] = {root, -root / 2, 0.1 * root, 0.1 * root};
+      const double sum = roots[0] + roots[1], product = roots[0] * roots[1];
+      const double square = roots[2] * roots[3];
+      Eigen::MatrixXd m = Eigen::MatrixXd::Zero(4, 4);
+      m.row(0) << sum, -product - square, sum * square, -product * square;
+      for (int k = 0; k < 3; ++k) m(k + 1, k) = 1;
+      CAPTURE(root);
+      CHECK(spectral_radius(m) == doctest::Approx(root).epsilon(1e-12));
+    }
   }
 
   TEST_CASE("stiffness: the boundary is the closed form to first order in bT/m") {
@@ -110,61 +133,6 @@ TEST_SUITE("host_sim.stability_theory") {
       CAPTURE(delay);
       CHECK(near(best, stiffness[delay], 0.02));
       CHECK(near(at, damping[delay], 0.03));
-    }
-  }
-
-  TEST_CASE("virtual tool alone: limits of the integrators") {
-    for (const double ratio : {0.05, 0.1, 0.5, 0.7}) {
-      CHECK(near(tool_limit(Integrator::kExplicit, ratio), 4 * ratio * ratio, 1e-3));
-    }
-    CHECK(tool_limit(Integrator::kExplicit, 0.0) < 1e-3);
-    const double ratios[4] = {0, 0.1, 0.5, 1.0}, limits[4] = {4, 3.28, 1.53, 0.69};
-    for (int k = 0; k < 4; ++k)
-      CHECK(near(tool_limit(Integrator::kSemiImplicit, ratios[k]), limits[k], 0.01));
-    for (const double ratio : ratios) {
-      CHECK(tool_limit(Integrator::kBackward, ratio) == kNoLimit);
-      if (ratio > 0) CHECK(tool_limit(Integrator::kExponential, ratio) == kNoLimit);
-    }
-    // Inertia 1e-6 kg m^2 with 25 N m/rad at 1 ms stands at 25.
-    CHECK(spectral_radius(tool_matrix({Integrator::kSemiImplicit, 1e-6}, 25, 0, 1e-3)) > 1.5);
-    CHECK(spectral_radius(tool_matrix({Integrator::kBackward, 1e-6}, 25, 0, 1e-3)) < 1);
-  }
-
-  TEST_CASE("coupled loop: largest coupling stiffness, by integrator and wall") {
-    struct Row {
-      double period_s;
-      unsigned delay;
-      Integrator integrator;
-      double limit[3];  // wall 1e2, 1e4, 1e6 N/m
-    };
-    const Row rows[] = {{1e-3, 0, Integrator::kExplicit, {992, 0, 0}},
-                        {1e-3, 0, Integrator::kSemiImplicit, {1040, 6040, 0}},
-                        {1e-3, 0, Integrator::kExponential, {2080, 8040, 67400}},
-                        {1e-3, 0, Integrator::kBackward, {kNoLimit, kNoLimit, 65500}},
-                        {1e-3, 1, Integrator::kExponential, {1970, 4650, 14300}},
-                        {1e-3, 1, Integrator::kBackward, {kNoLimit, 14100, 13800}},
-                        {0.5e-3, 1, Integrator::kExponential, {4000, 9450, 48400}},
-                        {0.5e-3, 1, Integrator::kBackward, {kNoLimit, 65000, 52400}},
-                        {0.25e-3, 1, Integrator::kExponential, {8040, 17000, 136000}},
-                        {0.25e-3, 1, Integrator::kBackward, {kNoLimit, kNoLimit, 197000}}};
-    const double walls[3] = {1e2, 1e4, 1e6};
-    for (const Row& row : rows) {
-      LinearLoop loop;
-      loop.period_s = row.period_s;
-      loop.delay_samples = row.delay;
-      for (int k = 0; k < 3; ++k) {
-        const double limit = coupling_limit(loop, {row.integrator, 0.1}, walls[k], 0.7);
-        CAPTURE(to_text(row.integrator));
-        CAPTURE(row.period_s);
-        CAPTURE(row.delay);
-        CAPTURE(walls[k]);
-        CAPTURE(limit);
-        if (row.limit[k] == kNoLimit || row.limit[k] == 0) {
-          CHECK(limit == row.limit[k]);
-        } else {
-          CHECK(near(limit, row.limit[k], 0.01));
-        }
-      }
     }
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The convex pieces of a scene's bodies pushed apart from the centre of their body, so that the
-/// seams between them can be seen. What the drawing and the OBJ file are made of.
+/// seams between them can be seen. What the OBJ file is made of.
 
 #include <array>
 #include <cstdint>
@@ -23,17 +23,12 @@ enum class FaceKind : std::uint8_t {
 
 struct ExplodedFace {
   std::vector<Point3> loop;  ///< counter-clockwise from outside [m]
-  Point3 normal{};           ///< outward
   FaceKind kind = FaceKind::kOpen;
   std::vector<std::vector<Point3>> open;  ///< of a partly covered face: what lies on the surface
 };
 
 struct ExplodedPiece {
   std::uint32_t number = 0;  ///< within its body
-  std::uint32_t vertices = 0, edges = 0;
-  std::size_t seams = 0, partly_covered = 0;  ///< faces
-  double volume_m3 = 0.0;
-  Point3 centre{};
   std::vector<ExplodedFace> faces;
   vec::Box box;
 };
@@ -51,10 +46,5 @@ struct ExplodedBody {
 std::vector<ExplodedBody> exploded_bodies(const SceneView& view,
                                           const std::vector<PieceExposure>& exposure,
                                           double factor);
-
-/// Indices of the pieces from back to front as seen along `-towards_viewer`: a piece never comes
-/// before one that it covers, as far as face planes tell; else by the depth of their middles.
-std::vector<std::size_t> painting_order(const std::vector<ExplodedPiece>& pieces,
-                                        const Point3& towards_viewer);
 
 }  // namespace haptic::tools

@@ -62,15 +62,6 @@ Pixel middle_of(const Polygon2& polygon) {
   return {sum.x / n, sum.y / n};
 }
 
-double area_of(const Polygon2& polygon) {
-  double twice = 0.0;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Pixel &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    twice += a.x * b.y - b.x * a.y;
-  }
-  return std::abs(twice) / 2;
-}
-
 double distance_to(const Polygon2& polygon, const Pixel& p) {
   double nearest = HUGE_VAL;
   for (std::size_t i = 0; i < polygon.size(); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The view of the drawings: orthographic from (1, -1, 1), z upward.
+/// The view of the drawing of C-space: orthographic from (1, -1, 1), z upward.
 
 #include <array>
 #include <string>
@@ -35,7 +35,6 @@ struct Isometric {
 [[nodiscard]] double shade_of(const Point3& normal);
 
 [[nodiscard]] Pixel middle_of(const Polygon2& polygon);
-[[nodiscard]] double area_of(const Polygon2& polygon);
 [[nodiscard]] bool holds(const Polygon2& polygon, const Pixel& p);
 /// Distance from a point to the outline of a polygon.
 [[nodiscard]] double distance_to(const Polygon2& polygon, const Pixel& p);

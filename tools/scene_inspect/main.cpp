@@ -21,7 +21,6 @@
 #include "tools/scene_inspect/damage_place.hpp"
 #include "tools/scene_inspect/explanation.hpp"
 #include "tools/scene_inspect/exploded_obj.hpp"
-#include "tools/scene_inspect/exploded_svg.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -69,16 +68,14 @@ BudgetLimits limits_of(const std::string& path, const std::string& scene) {
   return limits;
 }
 
-/// Writes exploded.svg, exploded.obj and exploded.mtl.
+/// Writes exploded.obj and exploded.mtl.
 void write_exploded(const SceneView& view, const Inspection& inspection,
                     const Arguments& arguments) {
   const std::filesystem::path folder(arguments.explode);
   const std::vector<ExplodedBody> bodies =
       exploded_bodies(view, inspection.pruning.exposure, arguments.explode_factor);
-  const std::string svg = exploded_svg(inspection.facts.name, bodies, arguments.explode_factor);
   const std::string obj = exploded_obj(bodies, "exploded.mtl"), mtl = exploded_mtl(bodies);
-  write_files({{folder / "exploded.svg", std::as_bytes(std::span(svg))},
-               {folder / "exploded.obj", std::as_bytes(std::span(obj))},
+  write_files({{folder / "exploded.obj", std::as_bytes(std::span(obj))},
                {folder / "exploded.mtl", std::as_bytes(std::span(mtl))}});
 }
 
@@ -154,7 +151,7 @@ int inspect(const Arguments& arguments) {
   if (!arguments.plan.empty()) return inspect_plan(arguments, view);
   if (!arguments.cspace.empty()) return draw_c_space(arguments, view);
   const Inspection inspection = inspection_of(view);
-  claim_folder(arguments.explode, "--explode", {"exploded.svg", "exploded.obj", "exploded.mtl"});
+  claim_folder(arguments.explode, "--explode", {"exploded.obj", "exploded.mtl"});
   const BudgetLimits limits = limits_of(arguments.budget, inspection.facts.name);
   if (!arguments.explode.empty()) write_exploded(view, inspection, arguments);
   std::string text;
@@ -184,10 +181,9 @@ int main(int argc, char** argv) {
       ->excludes(json);
   app.add_option("--budget", arguments.budget,
                  "scene file with the [budget] to check the scene against");
-  CLI::Option* explode =
-      app.add_option("-o,--explode", arguments.explode,
-                     "folder for a drawing of the pieces pushed apart: exploded.svg, exploded.obj, "
-                     "exploded.mtl");
+  CLI::Option* explode = app.add_option(
+      "-o,--explode", arguments.explode,
+      "folder for the pieces pushed apart, for any viewer: exploded.obj, exploded.mtl");
   app.add_option("--explode-factor", arguments.explode_factor,
                  "how far: share of a piece's way from the middle of its part (default 0.6)")
       ->check(CLI::Range(0.0, 100.0))

@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <utility>
 
-#include "host_sim/lab/pareto/rendering_error.hpp"
 #include "host_sim/lab/peers/peer_catalog.hpp"
 #include "host_sim/report/quantile.hpp"
 #include "host_sim/session/core_session.hpp"
@@ -14,7 +13,6 @@
 namespace haptic::sim {
 namespace {
 
-static_assert(kHeadlineSubsteps == kReferenceSubsteps);
 constexpr std::uint32_t kQuickRepeats = 2;
 
 std::vector<std::byte> scene_bytes(const HeadlineScene& scene, LawId law, std::uint32_t passes,

@@ -17,6 +17,8 @@ namespace haptic::sim {
 
 /// Name under which it is asked for.
 inline constexpr const char* kHeadlineName = "headline";
+/// Of the reference; its sub-steps are kHeadlineSubsteps.
+inline constexpr std::uint32_t kReferencePasses = 20;
 
 /// On the hand, W axes, torque about the grip point.
 struct HandWrench {

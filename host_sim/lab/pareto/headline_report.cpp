@@ -7,7 +7,6 @@
 #include <functional>
 #include <limits>
 
-#include "host_sim/lab/pareto/rendering_error.hpp"
 #include "host_sim/lab/peers/core_peer.hpp"
 #include "host_sim/report/picture.hpp"
 #include "tools/common/formatted.hpp"

@@ -2,11 +2,11 @@
 #include "host_sim/lab/pareto/pareto_report.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <iterator>
 #include <set>
 #include <system_error>
 
+#include "host_sim/lab/optional/studies.hpp"
 #include "host_sim/lab/pareto/headline_report.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "tools/common/error.hpp"
@@ -14,9 +14,6 @@
 
 namespace haptic::sim {
 namespace {
-
-constexpr std::size_t kFullPoses = 20000, kQuickPoses = 2000;
-constexpr std::size_t kFullFieldPoses = 5000, kQuickFieldPoses = 1000;
 
 MeasurePlan plan_of(const ParetoOptions& options) {
   MeasurePlan plan;
@@ -31,12 +28,13 @@ MeasurePlan plan_of(const ParetoOptions& options) {
 std::vector<PairClass> wanted_classes(const ParetoOptions& options) {
   std::vector<PairClass> classes = pair_classes(options.seed);
   for (const std::string& name : options.pairs) {
-    if (name == kFieldName || name == kRenderingName || name == kHeadlineName) continue;
+    if (name == kHeadlineName) continue;
     if (std::none_of(classes.begin(), classes.end(),
                      [&name](const PairClass& pair) { return pair.name == name; })) {
-      throw tools::InputError("no pair class '" + name + "'; there are W1 to W6, " + kHeadlineName +
-                              ", " + kFieldName + " and " + kRenderingName);
+      throw tools::InputError("no pair class '" + name + "'; there are W1 to W6 and " +
+                              kHeadlineName);
     }
+    if (!studies_built()) throw tools::UsageError("--pairs: " + name + kStudiesLeftOut);
   }
   if (options.pairs.empty()) return classes;
   std::erase_if(classes, [&options](const PairClass& pair) {
@@ -63,30 +61,6 @@ bool wants(const ParetoOptions& options, const char* name) {
          std::find(options.pairs.begin(), options.pairs.end(), name) != options.pairs.end();
 }
 
-void say(const ParetoOptions& options, const std::string& line) {
-  if (options.progress) std::fprintf(stderr, "%s\n", line.c_str());
-}
-
-PairMeasure measure_pair(const PairClass& pair, const ParetoOptions& options,
-                         const MeasurePlan& plan, const TickClock& clock) {
-  PairMeasure measure{pair.name, pair.content, pair.nodes, 0, 0, {}};
-  say(options,
-      pair.name + ", " + pair.content + ", " + std::to_string(pair.nodes) + " nodes: reference");
-  const TruthfulWorkload workload =
-      truthful_workload(pair, options.quick ? kQuickPoses : kFullPoses, options.seed);
-  measure.poses = workload.poses.size();
-  measure.penetrating_share = workload.penetrating_share();
-  for (const PeerEntry& entry : peer_catalog()) {
-    if (entry.boxes_only && !pair.boxes) continue;
-    say(options, "  " + entry.method + ", " + entry.setting);
-    measure.methods.push_back({entry.method, entry.setting, entry.drawn,
-                               measure_method(entry, pair, workload, plan, clock)});
-    const std::string& refusal = measure.methods.back().result.refusal;
-    if (!refusal.empty()) say(options, "    refused: " + refusal);
-  }
-  return measure;
-}
-
 }  // namespace
 
 std::vector<ParetoRow> ParetoResult::rows() const {
@@ -95,8 +69,6 @@ std::vector<ParetoRow> ParetoResult::rows() const {
     for (const MethodMeasure& method : pair.methods)
       all.insert(all.end(), method.result.rows.begin(), method.result.rows.end());
   }
-  for (const VisitBudget& budget : budgets)
-    all.insert(all.end(), budget.result.rows.begin(), budget.result.rows.end());
   return all;
 }
 
@@ -110,17 +82,7 @@ ParetoResult measure_pareto(const ParetoOptions& options) {
   result.clock_step_ns = clock_step_ns(clock);
   if (wants(options, kHeadlineName))
     result.headline = measure_headline(result.plan, clock, options.quick, options.progress);
-  for (const PairClass& pair : classes)
-    result.pairs.push_back(measure_pair(pair, options, result.plan, clock));
-  if (wants(options, kFieldName)) {
-    say(options, "field of posts, budgets of pair visits");
-    result.budgets = measure_visit_budgets(options.quick ? kQuickFieldPoses : kFullFieldPoses,
-                                           options.seed, result.plan, clock);
-  }
-  if (wants(options, kRenderingName)) {
-    say(options, "rendering: passes and tolerances of the proxy");
-    result.rendering = measure_rendering(result.plan, clock, options.quick);
-  }
+  result.pairs = measure_pairs(classes, options, result.plan, clock);
   return result;
 }
 
@@ -129,11 +91,8 @@ void write_pareto(const ParetoResult& result, const std::string& folder) {
   write_whole_file(folder + "/pareto.csv", pareto_csv(result.rows()));
   write_whole_file(folder + "/pareto.json", pareto_json(result));
   write_whole_file(folder + "/pareto.md", pareto_markdown(result));
-  if (!result.pairs.empty()) {
-    write_whole_file(folder + "/error_time.svg", error_time_plot(result));
-    write_whole_file(folder + "/time_nodes.svg", time_nodes_plot(result));
-    write_whole_file(folder + "/latency.svg", latency_plot(result));
-  }
+  for (const OutputText& file : pair_pictures(result))
+    write_whole_file(folder + "/" + file.name, file.content);
   if (!result.headline.empty()) {
     write_whole_file(folder + "/headline.csv", headline_table(result.headline).csv());
     write_whole_file(folder + "/headline.md", headline_markdown(result.headline));
@@ -141,9 +100,6 @@ void write_pareto(const ParetoResult& result, const std::string& folder) {
     for (const HeadlineMeasure& m : result.headline)
       write_whole_file(folder + "/headline_ticks_" + m.name + ".csv", headline_ticks_csv(m));
   }
-  if (result.rendering.empty()) return;
-  write_whole_file(folder + "/rendering.csv", rendering_table(result.rendering).csv());
-  write_whole_file(folder + "/rendering.svg", rendering_plot(result.rendering));
 }
 
 }  // namespace haptic::sim

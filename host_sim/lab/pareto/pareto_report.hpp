@@ -3,21 +3,19 @@
 /// The report of error against run time: what is asked for, what was measured, and the files.
 
 #include <cstdint>
+#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "host_sim/lab/pareto/headline.hpp"
 #include "host_sim/lab/pareto/pareto_measure.hpp"
-#include "host_sim/lab/pareto/rendering_error.hpp"
-#include "host_sim/lab/pareto/visit_budget.hpp"
-#include "host_sim/report/picture.hpp"
 
 namespace haptic::sim {
 
 struct ParetoOptions {
-  std::vector<std::string> pairs;  ///< names of pair classes and parts; empty: all
-  bool quick = false;              ///< 2000 poses instead of 20000, and fewer visits of nodes
+  std::vector<std::string>
+      pairs;           ///< names of pair classes, or the headline; empty: all of this build
+  bool quick = false;  ///< 2000 poses instead of 20000, and fewer visits of nodes
   std::uint64_t seed = 1;
   HeapCounter heap_calls = nullptr;
   bool progress = false;  ///< lines on stderr
@@ -45,14 +43,12 @@ struct ParetoResult {
   double clock_step_ns = 0;               ///< smallest difference that the clock shows
   std::vector<HeadlineMeasure> headline;  ///< empty: not asked for
   std::vector<PairMeasure> pairs;
-  std::vector<VisitBudget> budgets;     ///< of the field of posts; empty: not asked for
-  std::vector<RenderingRow> rendering;  ///< empty: not asked for
 
-  /// Of the pairs, then of the field.
   [[nodiscard]] std::vector<ParetoRow> rows() const;
 };
 
-/// @throws tools::InputError when a pair is not one of the classes.
+/// @throws tools::InputError when a pair is not one of the classes; tools::UsageError when one is
+/// named and the studies are not built.
 [[nodiscard]] ParetoResult measure_pareto(const ParetoOptions& options);
 
 /// pareto.csv, .json, .md and the pictures in `folder`, which is made.
@@ -68,21 +64,15 @@ void write_pareto(const ParetoResult& result, const std::string& folder);
 /// method does not give is null.
 [[nodiscard]] std::string pareto_json(const ParetoResult& result);
 
-// Pictures of the report of error against run time (SVG). Both axes logarithmic.
+// The pair classes, one of the studies (lab/studies/pareto); without it there are none.
 
-/// Colour and shape of a method, the same in all pictures.
-[[nodiscard]] MarkSign sign_of(std::string_view method);
-
-/// A panel for each pair: largest depth error in contact against the median time, a mark for each
-/// setting, the settings of one method joined.
-[[nodiscard]] std::string error_time_plot(const ParetoResult& result);
-
-/// Median time in contact against the pair's nodes, a line for each method in its drawn setting;
-/// dashed: 99.9 %.
-[[nodiscard]] std::string time_nodes_plot(const ParetoResult& result);
-
-/// Time over the share of the contact poses that take longer, for the first and the fourth pair
-/// class, or what there is of them.
-[[nodiscard]] std::string latency_plot(const ParetoResult& result);
+[[nodiscard]] std::vector<PairMeasure> measure_pairs(std::span<const PairClass> classes,
+                                                     const ParetoOptions& options,
+                                                     const MeasurePlan& plan,
+                                                     const TickClock& clock);
+/// A section a pair for people, heading included; empty without pairs.
+[[nodiscard]] std::string pair_sections(const ParetoResult& result);
+/// error_time.svg, time_nodes.svg, latency.svg; none without pairs.
+[[nodiscard]] std::vector<OutputText> pair_pictures(const ParetoResult& result);
 
 }  // namespace haptic::sim

@@ -62,7 +62,7 @@ void add_own(std::vector<PeerEntry>& entries) {
   }
 }
 
-/// The core as it comes, then with one of its tolerances or its law changed at a time.
+/// The core as it comes, then with another law.
 void add_core(std::vector<PeerEntry>& entries) {
   const auto add = [&entries](const char* name, const CoreSetting& setting) {
     PeerEntry core{"ours", name, kRealName, [setting](const Solid& a, const Solid& b) {
@@ -73,16 +73,6 @@ void add_core(std::vector<PeerEntry>& entries) {
   };
   CoreSetting setting;
   add("tick", setting);
-  setting.epsilon_m = 1e-3;
-  add("eps 1e-3", setting);
-  setting.epsilon_m = 1e-5;
-  add("eps 1e-5", setting);
-  setting.epsilon_m = 1e-6;
-  add("eps 1e-6", setting);
-  setting = {};
-  setting.exact_band_m = 5e-4;
-  add("band 5e-4", setting);
-  setting = {};
   setting.law = LawId::kPaper;
   add("law paper", setting);
 }

@@ -148,8 +148,7 @@ void cross(const Crossing& crossing, std::uint32_t passes, const std::string& la
                                              "gap " + number_text(gap) + " m, thickness " +
                                                  number_text(widen(crossing.thinner_m)) + " m"));
     };
-    Wide end = judge.free_gap_m(after, -allowed);
-    if (end < -allowed) end = judge.exact_gap_m(after, -allowed);
+    const Wide end = judge.end_gap_m(after, -allowed);
     ++totals.ends;
     totals.worst_end_m = std::min(totals.worst_end_m, end / share);
     if (end < -allowed && !deep) {
@@ -214,18 +213,14 @@ void CrossingTotals::add(const CrossingTotals& other) {
   failures.add(other.failures);
 }
 
-CrossingTotals CrossingResult::totals() const {
-  CrossingTotals sum;
-  for (const CrossingRow& row : rows) sum.add(row.totals);
-  return sum;
-}
-
 CrossingResult run_crossings(const CrossingSize& size, const RunOptions& options) {
   const std::uint64_t rods = (3 * size.crossings + 9) / 10, parallel = (size.crossings + 9) / 10;
-  std::vector<std::uint64_t> numbers;
-  for (std::uint64_t k = 0; k < size.crossings + rods + parallel; ++k) {
-    if (!size.only || *size.only == k) numbers.push_back(k);
+  const std::uint64_t count = size.crossings + rods + parallel;
+  if (size.only && *size.only >= count) {
+    throw tools::InputError("no crossing " + std::to_string(*size.only) + "; there are " +
+                            std::to_string(count) + ", from 0");
   }
+  const std::vector<std::uint64_t> numbers = numbers_of(count, size.only);
   std::vector<CrossingRow> all(numbers.size());
   run_shards(
       numbers.size(), options, "crossings", [] { return 0; },
@@ -240,15 +235,10 @@ CrossingResult run_crossings(const CrossingSize& size, const RunOptions& options
         cross(crossing, 1, label, size.fault, totals);
         cross(crossing, kDefaultProxyPasses, label + ", all passes", size.fault, totals);
       });
+  Groups<std::string, CrossingTotals> groups;
+  for (const CrossingRow& one : all) groups.at(one.group).add(one.totals);
   CrossingResult result{size, {}};
-  for (const CrossingRow& one : all) {
-    const auto row = std::ranges::find(result.rows, one.group, &CrossingRow::group);
-    if (row == result.rows.end()) {
-      result.rows.push_back(one);
-    } else {
-      row->totals.add(one.totals);
-    }
-  }
+  for (const auto& [group, totals] : groups.list()) result.rows.push_back({group, totals});
   return result;
 }
 
@@ -262,7 +252,7 @@ std::string crossings_page(const CrossingResult& result) {
   return text + crossing_table(result, false).markdown() + failure_section(t.failures);
 }
 
-void write_crossings(const std::string& folder, const CrossingResult& result) {
+CampaignEnd crossings_end(const CrossingResult& result) {
   const CrossingTotals t = result.totals();
   nlohmann::ordered_json j;
   j["seed"] = result.size.seed;
@@ -275,9 +265,9 @@ void write_crossings(const std::string& folder, const CrossingResult& result) {
   j["worst_path_gap_m"] = static_cast<double>(t.worst_path_m);
   j["groups"] = crossing_table(result, true).json();
   j["failures"] = t.failures.lines();
-  write_whole_file(folder + "/crossings.csv", crossing_table(result, true).csv());
-  write_whole_file(folder + "/crossings.json", j.dump(2) + "\n");
-  write_whole_file(folder + "/crossings.md", crossings_page(result));
+  const std::string page = crossings_page(result);
+  return {page, campaign_files("crossings", crossing_table(result, true).csv(), j, page),
+          t.failed() == 0};
 }
 
 }  // namespace haptic::sim

@@ -9,7 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/lab/proxy_fuzz/proxy_campaign.hpp"
+#include "host_sim/lab/proxy_fuzz/proxy_fault.hpp"
+#include "host_sim/report/campaign_text.hpp"
+#include "host_sim/report/shard_run.hpp"
 
 namespace haptic::sim {
 
@@ -44,13 +46,14 @@ struct CrossingRow {
 struct CrossingResult {
   CrossingSize size;
   std::vector<CrossingRow> rows;
-  [[nodiscard]] CrossingTotals totals() const;
+  [[nodiscard]] CrossingTotals totals() const { return sum_of(rows); }
 };
 
+/// @throws tools::InputError no crossing has the number of `only`.
 [[nodiscard]] CrossingResult run_crossings(const CrossingSize& size, const RunOptions& options);
 
-/// crossings.csv, .json and .md in `folder`, which must exist.
-void write_crossings(const std::string& folder, const CrossingResult& result);
 [[nodiscard]] std::string crossings_page(const CrossingResult& result);
+/// With crossings.csv, .json and .md.
+[[nodiscard]] CampaignEnd crossings_end(const CrossingResult& result);
 
 }  // namespace haptic::sim

@@ -94,8 +94,7 @@ void fly(FlightRow& row, const FlightSize& size, std::uint64_t seed) {
     }
     result = session.core().step(input);
     const WidePose after = wide_pose(result.proxy_pose_wa);
-    Wide end = judge.free_gap_m(after, -allowed);
-    if (end < -allowed) end = judge.exact_gap_m(after, -allowed);
+    const Wide end = judge.end_gap_m(after, -allowed);
     row.worst_end_m = std::min(row.worst_end_m, end / share);
     row.deep = row.deep || end < -allowed;
     if (t < lowering + settling) continue;
@@ -199,15 +198,15 @@ std::string flight_page(const FlightResult& result) {
   return text;
 }
 
-void write_flight(const std::string& folder, const FlightResult& result) {
+CampaignEnd flight_end(const FlightResult& result) {
   nlohmann::ordered_json j;
   j["seed"] = result.size.seed;
   j["passed"] = result.failed() == 0;
   j["failed"] = result.failed();
   j["flights"] = flight_table(result).json();
-  write_whole_file(folder + "/flight.csv", flight_table(result).csv());
-  write_whole_file(folder + "/flight.json", j.dump(2) + "\n");
-  write_whole_file(folder + "/flight.md", flight_page(result));
+  const std::string page = flight_page(result);
+  return {page, campaign_files("flight", flight_table(result).csv(), j, page),
+          result.failed() == 0};
 }
 
 }  // namespace haptic::sim

@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/lab/proxy_fuzz/proxy_campaign.hpp"
+#include "host_sim/lab/proxy_fuzz/proxy_fault.hpp"
+#include "host_sim/report/campaign_text.hpp"
+#include "host_sim/report/shard_run.hpp"
 
 namespace haptic::sim {
 
@@ -43,8 +45,8 @@ struct FlightResult {
 
 [[nodiscard]] FlightResult run_flight(const FlightSize& size, const RunOptions& options);
 
-/// flight.csv, .json and .md in `folder`, which must exist.
-void write_flight(const std::string& folder, const FlightResult& result);
 [[nodiscard]] std::string flight_page(const FlightResult& result);
+/// With flight.csv, .json and .md.
+[[nodiscard]] CampaignEnd flight_end(const FlightResult& result);
 
 }  // namespace haptic::sim

@@ -2,10 +2,8 @@
 #include "host_sim/lab/proxy_fuzz/fuzz_run.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 #include "host_sim/session/counters_check.hpp"
-#include "rt_core/proxy/proxy_law.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -22,49 +20,7 @@ constexpr Wide kAtGoal_j = 1e-9L;
 /// A part arrives within this many ticks of the device's standing still.
 constexpr std::uint64_t kLongestArrival = 20000;
 
-/// Overwrites the only place in the core's memory that holds exactly these numbers.
-template <std::size_t count>
-void replace(std::span<std::byte> memory, const Real (&from)[count], const Real (&to)[count]) {
-  std::size_t found = 0;
-  for (std::size_t k = 0; k + sizeof from <= memory.size(); k += sizeof(Real)) {
-    if (std::memcmp(memory.data() + k, from, sizeof from) != 0) continue;
-    std::memcpy(memory.data() + k, to, sizeof to);
-    ++found;
-  }
-  if (found == 0) throw tools::InputError("the numbers to damage are not in the core's memory");
-}
-
 }  // namespace
-
-void damage(CoreSession& session, ProxyFault fault) {
-  const SceneView& view = session.view();
-  const CouplingParameters& c = view.parameters().coupling;
-  if (fault == ProxyFault::kSpring) {
-    const Real k_t = static_cast<Real>(c.k_t_n_per_m), k_r = static_cast<Real>(c.k_r_nm_per_rad);
-    replace<2>(session.state(), {k_t, k_r}, {k_t, k_r * 1.25_r});
-    return;
-  }
-  if (fault == ProxyFault::kCertificate) {
-    const ProxyScale scale = proxy_scale(view);
-    replace<4>(session.state(), {scale.tolerance_m, scale.skin_m, scale.step_m, scale.turn_rad},
-               {20 * scale.tolerance_m, scale.skin_m, scale.step_m, scale.turn_rad});
-    return;
-  }
-  if (fault == ProxyFault::kRestless) return;
-  // The scene's bytes are the session's own, mutable memory; the view only promises not to write.
-  const PieceView a = view.piece(0);
-  std::memcpy(const_cast<Real*>(a.vertices) + 3, a.vertices, 3 * sizeof(Real));
-  for (std::uint32_t axis = 0; axis < 3; ++axis) {
-    Real* lane = const_cast<Real*>(a.lanes) + std::size_t{axis} * a.lane_count;
-    lane[1] = lane[0];
-  }
-}
-
-void displace(CoreSession& session, const StepResult& last, const Vec3& shift_m) {
-  const Vec3& p = last.proxy_pose_wa.p_wa;
-  replace<3>(session.state(), {p[0], p[1], p[2]},
-             {p[0] + shift_m[0], p[1] + shift_m[1], p[2] + shift_m[2]});
-}
 
 void draw_start(const FuzzScene& scene, ProxyJudge& judge, Seeded& random, Vector& p, Rotation& q) {
   constexpr int kTrials = 60;
@@ -157,8 +113,7 @@ void FuzzRun::check_free(const Tick& tick, ProxyFuzzTotals& totals) {
   const Wide allowed = judge_.allowed_depth_m();
   // Deeper than seen so far: then it is worth the search for the distance itself.
   const Wide worst = std::max(totals.worst_gap_m * share, -allowed);
-  Wide gap = judge_.free_gap_m(tick.after, worst);
-  if (gap < worst) gap = judge_.exact_gap_m(tick.after, worst);
+  const Wide gap = judge_.end_gap_m(tick.after, worst);
   if (gap < totals.worst_gap_m * share) totals.worst_gap_m = gap / share;
   if (gap < -allowed) {
     fail(tick, "not free", "gap " + number_text(gap) + " m", totals.deep, totals);

@@ -12,12 +12,6 @@
 
 namespace haptic::sim {
 
-/// Damages the core's memory, or the geometry it reads; nothing for kRestless.
-void damage(CoreSession& session, ProxyFault fault);
-
-/// kRestless: moves the part by `shift_m` in the core's memory, from where `last` has left it.
-void displace(CoreSession& session, const StepResult& last, const Vec3& shift_m);
-
 /// A free pose near the obstacle; the scene's own where none is found.
 void draw_start(const FuzzScene& scene, ProxyJudge& judge, Seeded& random, Vector& p, Rotation& q);
 

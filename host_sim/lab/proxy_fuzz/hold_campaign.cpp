@@ -97,8 +97,7 @@ void hold(HoldRun& run, FuzzMotionKind kind, std::uint64_t seed, std::optional<P
     if (!same || t == 0) {
       const Wide energy = run.judge.potential_j(wide_error(goal, part));
       pose.largest_rise_j = std::max(pose.largest_rise_j, energy - start_j);
-      Wide gap = run.judge.free_gap_m(part, -allowed);
-      if (gap < -allowed) gap = run.judge.exact_gap_m(part, -allowed);
+      const Wide gap = run.judge.end_gap_m(part, -allowed);
       pose.worst_gap_m = std::min(pose.worst_gap_m, gap / share);
       pose.deep = pose.deep || gap < -allowed;
     }
@@ -145,16 +144,11 @@ ReportTable hold_table(const HoldResult& result) {
   ReportTable table(
       "scene,friction,poses,held,moving,unbalanced,energy rises,too deep,flagged,largest residual "
       "N,largest rise J,worst gap um");
-  std::vector<std::pair<std::string, double>> order;
-  std::map<std::pair<std::string, double>, HoldTotals> rows;
-  for (const HoldPose& pose : result.poses) {
-    const auto [row, fresh] = rows.try_emplace({pose.scene, pose.friction});
-    if (fresh) order.push_back(row->first);
-    row->second.add(pose);
-  }
-  for (const auto& key : order) {
+  Groups<std::pair<std::string, double>, HoldTotals> rows;
+  for (const HoldPose& pose : result.poses) rows.at({pose.scene, pose.friction}).add(pose);
+  for (const auto& [key, totals] : rows.list()) {
     std::vector<Cell> cells{key.first, number_text(widen(key.second))};
-    for (const Cell& cell : cells_of(rows[key])) cells.push_back(cell);
+    for (const Cell& cell : cells_of(totals)) cells.push_back(cell);
     table.add(std::move(cells));
   }
   return table;
@@ -192,11 +186,7 @@ HoldResult run_hold(const HoldSize& size, const RunOptions& options) {
   constexpr double kFrictions[] = {0.0, kHoldFriction};
   const std::size_t frictions = std::size(kFrictions), kinds = std::size(kFuzzMotions);
   const std::size_t runs = scenes.size() * frictions;
-  std::vector<std::uint64_t> numbers;
-  for (std::uint64_t k = 0; k < size.poses; ++k) {
-    if (!size.only) numbers.push_back(k);
-  }
-  if (size.only) numbers.push_back(*size.only);
+  const std::vector<std::uint64_t> numbers = numbers_of(size.poses, size.only);
   std::vector<bool> wanted(runs, false);
   for (const std::uint64_t number : numbers) wanted[number % runs] = true;
   std::vector<std::vector<std::byte>> blobs(runs);
@@ -262,7 +252,7 @@ std::string hold_page(const HoldResult& result) {
   return text;
 }
 
-void write_hold(const std::string& folder, const HoldResult& result) {
+CampaignEnd hold_end(const HoldResult& result) {
   const HoldTotals t = result.totals();
   ReportTable lines(
       "pose,scene,friction,device,motion,last_change,flags,force_n,residual_n,largest_rise_j,"
@@ -286,10 +276,10 @@ void write_hold(const std::string& folder, const HoldResult& result) {
   j["largest_residual_n"] = static_cast<double>(t.largest_residual_n);
   j["largest_rise_j"] = static_cast<double>(t.largest_rise_j);
   j["worst_end_gap_m"] = static_cast<double>(t.worst_gap_m);
-  write_whole_file(folder + "/hold.csv", lines.csv());
-  write_whole_file(folder + "/hold.json", j.dump(2) + "\n");
-  write_whole_file(folder + "/hold.md", hold_page(result));
-  if (result.size.only) write_whole_file(folder + "/hold_ticks.csv", result.ticks_csv);
+  const std::string page = hold_page(result);
+  CampaignEnd end{page, campaign_files("hold", lines.csv(), j, page), t.failed() == 0};
+  if (result.size.only) end.files.push_back({"hold_ticks.csv", result.ticks_csv});
+  return end;
 }
 
 }  // namespace haptic::sim

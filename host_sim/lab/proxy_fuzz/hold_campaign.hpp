@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/lab/proxy_fuzz/proxy_campaign.hpp"
+#include "host_sim/lab/proxy_fuzz/proxy_fault.hpp"
+#include "host_sim/report/campaign_text.hpp"
+#include "host_sim/report/shard_run.hpp"
 
 namespace haptic::sim {
 
@@ -58,8 +60,8 @@ struct HoldResult {
 
 [[nodiscard]] HoldResult run_hold(const HoldSize& size, const RunOptions& options);
 
-/// hold.csv with a line for each pose, hold.json and hold.md in `folder`, which must exist.
-void write_hold(const std::string& folder, const HoldResult& result);
 [[nodiscard]] std::string hold_page(const HoldResult& result);
+/// With hold.csv, a line for each pose, hold.json and hold.md; of one pose also hold_ticks.csv.
+[[nodiscard]] CampaignEnd hold_end(const HoldResult& result);
 
 }  // namespace haptic::sim

@@ -2,6 +2,7 @@
 #include "host_sim/lab/proxy_fuzz/proxy_campaign.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -13,13 +14,6 @@
 namespace haptic::sim {
 
 namespace {
-
-constexpr double kPeriod_s = 1e-3;
-constexpr std::uint32_t kLongestRest = 40;
-
-Rotation turned(const Vector& axis, double angle_rad) {
-  return Rotation(Eigen::AngleAxisd(angle_rad, axis));
-}
 
 /// A budget by its share of the way from the least to the most, on a scale of logarithms.
 std::uint32_t budget_at(double share) {
@@ -80,7 +74,7 @@ std::string csv(const ProxyFuzzResult& result) {
   return table.csv();
 }
 
-std::string json(const ProxyFuzzResult& result) {
+nlohmann::ordered_json json(const ProxyFuzzResult& result) {
   const ProxyFuzzTotals t = result.totals();
   nlohmann::ordered_json j;
   j["seed"] = result.size.seed;
@@ -97,7 +91,7 @@ std::string json(const ProxyFuzzResult& result) {
   for (const auto& [name, count] : counts_of(kFigures, t)) j[name] = count;
   for (const auto& p : kPeaks) j["peaks"][p.name] = t.peaks.*p.field;
   j["failures"] = t.failures.lines();
-  return j.dump(2) + "\n";
+  return j;
 }
 
 /// Rows of one scene and friction together.
@@ -106,98 +100,20 @@ std::string scene_table(const ProxyFuzzResult& result) {
       "scene,friction,ticks,held,worst gap um,on the way um,largest rise J,longest still,stall,all "
       "rejected,"
       "rejected passes,rounds,rows,QP steps,plane gaps,valid nodes,failures");
-  for (std::size_t k = 0; k < result.rows.size();) {
-    const ProxyFuzzRow& first = result.rows[k];
-    ProxyFuzzTotals t;
-    for (; k < result.rows.size() && result.rows[k].scene == first.scene &&
-           result.rows[k].friction == first.friction;
-         ++k) {
-      t.add(result.rows[k].totals);
-    }
+  Groups<std::pair<std::string, double>, ProxyFuzzTotals> groups;
+  for (const ProxyFuzzRow& row : result.rows) groups.at({row.scene, row.friction}).add(row.totals);
+  for (const auto& [key, t] : groups.list()) {
     const std::uint64_t held = 100 * t.held / std::max<std::uint64_t>(t.ticks, 1);
-    table.add({first.scene, number_text(widen(first.friction)), t.ticks,
-               std::to_string(held) + " %", number_text(t.worst_gap_m * 1e6L),
-               number_text(t.worst_path_m * 1e6L), number_text(t.largest_rise_j), t.longest_still,
-               t.longest_stall, t.longest_rejected, t.rejected_passes, t.peaks.proxy_rounds,
-               t.peaks.proxy_rows, t.peaks.qp_iterations, t.peaks.plane_gaps, t.peaks.valid_nodes,
-               t.failed()});
+    table.add({key.first, number_text(widen(key.second)), t.ticks, std::to_string(held) + " %",
+               number_text(t.worst_gap_m * 1e6L), number_text(t.worst_path_m * 1e6L),
+               number_text(t.largest_rise_j), t.longest_still, t.longest_stall, t.longest_rejected,
+               t.rejected_passes, t.peaks.proxy_rounds, t.peaks.proxy_rows, t.peaks.qp_iterations,
+               t.peaks.plane_gaps, t.peaks.valid_nodes, t.failed()});
   }
   return table.markdown();
 }
 
 }  // namespace
-
-const char* to_text(FuzzMotionKind kind) {
-  switch (kind) {
-    case FuzzMotionKind::kSlow:
-      return "slow";
-    case FuzzMotionKind::kFast:
-      return "fast";
-    case FuzzMotionKind::kJitter:
-      return "jitter";
-    case FuzzMotionKind::kTeleport:
-      return "teleport";
-    case FuzzMotionKind::kMixed:
-      break;
-  }
-  return "mixed";
-}
-
-FuzzMotion::FuzzMotion(const FuzzScene& scene, FuzzMotionKind kind, const Vector& p,
-                       const Rotation& q, std::uint64_t seed)
-    : scene_(scene), kind_(kind), now_(kind), random_(seed), p_(p), goal_p_(p), q_(q), goal_q_(q) {}
-
-void FuzzMotion::draw_goal() {
-  for (int i = 0; i < 3; ++i) {
-    goal_p_[i] = scene_.home[i] + random_.uniform(-scene_.range[i], scene_.range[i]);
-  }
-  const Vector axis = random_.direction();
-  goal_q_ = turned(axis, random_.uniform(-scene_.tilt_rad, scene_.tilt_rad));
-  turn_share_ = random_.uniform(0.1, 1.0);
-  rest_ = random_.below(3) == 0 ? random_.below(kLongestRest) : 0;
-}
-
-/// Goes on towards the present aim, no farther than this.
-void FuzzMotion::advance(double linear_m, double angular_rad) {
-  const Vector way = goal_p_ - p_;
-  const double distance = way.norm();
-  const double angle = q_.angularDistance(goal_q_);
-  if (distance <= linear_m) {
-    p_ = goal_p_;
-    if (rest_ > 0) {
-      --rest_;
-      return;
-    }
-    draw_goal();
-    return;
-  }
-  p_ += way * (linear_m / distance);
-  if (angle > 0) q_ = q_.slerp(std::min(1.0, angular_rad / angle), goal_q_).normalized();
-}
-
-Pose FuzzMotion::next() {
-  if (kind_ == FuzzMotionKind::kMixed && change_in_-- == 0) {
-    now_ = kFuzzMotions[random_.below(4)];
-    change_in_ = 20 + random_.below(180);
-  }
-  const bool fast = now_ == FuzzMotionKind::kFast;
-  advance((fast ? 1.0 : 0.1) * kPeriod_s, (fast ? 10.0 : 1.0) * turn_share_ * kPeriod_s);
-  const bool jitter = now_ == FuzzMotionKind::kJitter;
-  if (!jitter && now_ != FuzzMotionKind::kTeleport) return pose_at(p_, q_);
-  const double far_m = jitter ? 1e-3 : 20e-3, turn_rad = jitter ? 0.05 : 1.5;
-  Vector shift, turn;
-  for (int i = 0; i < 3; ++i) shift[i] = random_.uniform(-far_m, far_m);
-  for (int i = 0; i < 3; ++i) turn[i] = random_.uniform(-turn_rad, turn_rad);
-  return pose_at(p_ + shift, turned(turn.normalized(), turn.norm()) * q_);
-}
-
-std::optional<ProxyFault> proxy_fault_named(const std::string& name) {
-  if (name == "certificate") return ProxyFault::kCertificate;
-  if (name == "spring") return ProxyFault::kSpring;
-  if (name == "vertex") return ProxyFault::kVertex;
-  if (name == "restless") return ProxyFault::kRestless;
-  return std::nullopt;
-}
 
 void ProxyFuzzTotals::add(const ProxyFuzzTotals& other) {
   using T = ProxyFuzzTotals;
@@ -220,13 +136,8 @@ void ProxyFuzzTotals::add(const ProxyFuzzTotals& other) {
   failures.add(other.failures);
 }
 
-ProxyFuzzTotals ProxyFuzzResult::totals() const {
-  ProxyFuzzTotals sum;
-  for (const ProxyFuzzRow& row : rows) sum.add(row.totals);
-  return sum;
-}
-
 ProxyFuzzResult run_proxy_fuzz(const ProxyFuzzSize& size, const RunOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
   const std::vector<FuzzScene> scenes = fuzz_scenes();
   // With one pass in a tick the way of the tick is the way of the pass.
   constexpr std::uint32_t kPasses[] = {kDefaultProxyPasses, 1};
@@ -269,7 +180,8 @@ ProxyFuzzResult run_proxy_fuzz(const ProxyFuzzSize& size, const RunOptions& opti
     }
     return run->run(kFuzzMotions[shard.row % kinds], shard.count, seed_of(size.seed, number));
   });
-  return {size, std::move(campaign.rows)};
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  return {size, std::move(campaign.rows), elapsed.count()};
 }
 
 std::string proxy_fuzz_page(const ProxyFuzzResult& result) {
@@ -297,10 +209,31 @@ std::string proxy_fuzz_page(const ProxyFuzzResult& result) {
   return text + scene_table(result) + failure_section(t.failures);
 }
 
-void write_proxy_fuzz(const std::string& folder, const ProxyFuzzResult& result) {
-  write_whole_file(folder + "/proxy_fuzz.csv", csv(result));
-  write_whole_file(folder + "/proxy_fuzz.json", json(result));
-  write_whole_file(folder + "/proxy_fuzz.md", proxy_fuzz_page(result));
+CampaignEnd proxy_fuzz_end(const ProxyFuzzResult& result) {
+  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  const ProxyFuzzTotals t = result.totals();
+  std::string said = campaign_line(result.size.seed, t.ticks, t.held, result.seconds) + "\n" +
+                     zero_line(counts_of(kProxyMustBeZero, t)) + "\n";
+  said += tools::formatted(
+      "worst gap %.4Lg um, on the ways of %llu passes %.4Lg um, largest rise %.3Lg J (%.3Lg of "
+      "rounding), longest stall %llu, all "
+      "passes rejected for %llu ticks, %llu passes in all\n",
+      t.worst_gap_m * 1e6L, number(t.paths), t.worst_path_m * 1e6L, t.largest_rise_j,
+      t.largest_rise_share, number(t.longest_stall), number(t.longest_rejected),
+      number(t.rejected_passes));
+  said +=
+      tools::formatted("peaks: rounds %u, rows %u, QP steps %u, plane gaps %u, valid nodes %u\n",
+                       t.peaks.proxy_rounds, t.peaks.proxy_rows, t.peaks.qp_iterations,
+                       t.peaks.plane_gaps, t.peaks.valid_nodes);
+  if (result.size.budgets) {
+    said += tools::formatted(
+        "ended for want of budget: %llu ticks, %llu in a row at most; arrived %llu ticks after the "
+        "device at most\n",
+        number(t.behind), number(t.longest_behind), number(t.longest_arrival));
+  }
+  return {said + failure_lines(t.failures),
+          campaign_files("proxy_fuzz", csv(result), json(result), proxy_fuzz_page(result)),
+          t.failed() == 0};
 }
 
 }  // namespace haptic::sim

@@ -8,59 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/lab/proxy_fuzz/fuzz_scene.hpp"
+#include "host_sim/lab/proxy_fuzz/fuzz_motion.hpp"
+#include "host_sim/lab/proxy_fuzz/proxy_fault.hpp"
 #include "host_sim/report/campaign_text.hpp"
 #include "host_sim/report/shard_run.hpp"
 #include "rt_core/haptic_core.hpp"
 
 namespace haptic::sim {
-
-// Seeded motions of the device for the proxy campaign, tick by tick; they know nothing of the
-// obstacles and go right through them.
-
-enum class FuzzMotionKind : std::uint8_t {
-  kSlow,      ///< 0.1 m/s and up to 1 rad/s, with rests
-  kFast,      ///< 1 m/s and up to 10 rad/s, with rests
-  kJitter,    ///< slow, and +-1 mm, +-50 mrad of noise in every tick
-  kTeleport,  ///< slow, and +-20 mm, +-1.5 rad of noise in every tick
-  kMixed      ///< another of these every 20 to 200 ticks
-};
-inline constexpr FuzzMotionKind kFuzzMotions[] = {
-    FuzzMotionKind::kSlow, FuzzMotionKind::kFast, FuzzMotionKind::kJitter,
-    FuzzMotionKind::kTeleport, FuzzMotionKind::kMixed};
-[[nodiscard]] const char* to_text(FuzzMotionKind kind);
-
-class FuzzMotion {
- public:
-  /// Begins at `p`, `q`.
-  FuzzMotion(const FuzzScene& scene, FuzzMotionKind kind, const Vector& p, const Rotation& q,
-             std::uint64_t seed);
-
-  /// Pose of the next tick of 1 ms.
-  [[nodiscard]] Pose next();
-
- private:
-  void advance(double linear_m, double angular_rad);
-  void draw_goal();
-
-  const FuzzScene& scene_;
-  FuzzMotionKind kind_, now_;
-  Seeded random_;
-  Vector p_, goal_p_;
-  Rotation q_, goal_q_;
-  double turn_share_ = 1;        ///< of the largest angular speed, of this way
-  std::uint32_t rest_ = 0;       ///< ticks still to rest
-  std::uint32_t change_in_ = 0;  ///< kMixed: ticks to the next kind
-};
-
-/// Damage done to the core on purpose, to show that the checks can fail.
-enum class ProxyFault {
-  kCertificate,  ///< a step is certified that ends twenty tolerances deep, and rows follow
-  kSpring,       ///< the spring turns a quarter too stiff
-  kVertex,       ///< one vertex of the part is where another is
-  kRestless      ///< now and then the part is found a little off where it was left
-};
-[[nodiscard]] std::optional<ProxyFault> proxy_fault_named(const std::string& name);
 
 /// The largest budget of work that a campaign draws.
 inline constexpr std::uint32_t kMostFuzzUnits = 10000;
@@ -135,15 +89,15 @@ struct ProxyFuzzRow {
 struct ProxyFuzzResult {
   ProxyFuzzSize size;
   std::vector<ProxyFuzzRow> rows;
-  [[nodiscard]] ProxyFuzzTotals totals() const;
+  double seconds = 0;  ///< of the run
+  [[nodiscard]] ProxyFuzzTotals totals() const { return sum_of(rows); }
 };
 
 [[nodiscard]] ProxyFuzzResult run_proxy_fuzz(const ProxyFuzzSize& size, const RunOptions& options);
 
-/// proxy_fuzz.csv, proxy_fuzz.json, proxy_fuzz.md in `folder`, which must exist.
-/// @throws tools::InputError naming the file.
-void write_proxy_fuzz(const std::string& folder, const ProxyFuzzResult& result);
 /// The page of proxy_fuzz.md.
 [[nodiscard]] std::string proxy_fuzz_page(const ProxyFuzzResult& result);
+/// With proxy_fuzz.csv, .json and .md.
+[[nodiscard]] CampaignEnd proxy_fuzz_end(const ProxyFuzzResult& result);
 
 }  // namespace haptic::sim

@@ -17,11 +17,6 @@ WideVec turned_back(const WideRotation& r, const WideVec& v) {
   return v.x * r.row[0] + v.y * r.row[1] + v.z * r.row[2];
 }
 
-WideVec along(const OraclePiece& piece, std::uint32_t edge) {
-  const OracleEdge& e = piece.edges[edge];
-  return piece.vertices[e.vertex[1]] - piece.vertices[e.vertex[0]];
-}
-
 /// Farther pairs cannot be the nearest that is looked for.
 constexpr Wide kFar_m = 1e-3L;
 constexpr Wide kJudgedRadius_m = 0.05L, kTolerance_m = 1e-7L;

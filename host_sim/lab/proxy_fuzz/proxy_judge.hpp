@@ -26,6 +26,12 @@ struct FreeGap {
   std::uint32_t vertex_a = 0, vertex_b = 0;  ///< between which the gap is
 };
 
+/// From the first vertex of an edge to its second [m].
+[[nodiscard]] inline WideVec along(const OraclePiece& piece, std::uint32_t edge) {
+  const OracleEdge& e = piece.edges[edge];
+  return piece.vertices[e.vertex[1]] - piece.vertices[e.vertex[0]];
+}
+
 struct PairPath;
 
 class FreeWitness {
@@ -125,6 +131,11 @@ class ProxyJudge {
   /// The smallest signed distance itself, by the exhaustive search of every pair with no gap of
   /// `wanted_m` at hand.
   [[nodiscard]] Wide exact_gap_m(const WidePose& pose, Wide wanted_m);
+  /// The first where it is at least `wanted_m`, else the second.
+  [[nodiscard]] Wide end_gap_m(const WidePose& pose, Wide wanted_m) {
+    const Wide gap = free_gap_m(pose, wanted_m);
+    return gap < wanted_m ? exact_gap_m(pose, wanted_m) : gap;
+  }
 
   /// The smallest signed distance on the way from one configuration to the next, where it is below
   /// `-allowed_depth_m()`; else the smallest seen.

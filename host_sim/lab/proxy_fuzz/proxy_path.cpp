@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The gap on the way between two configurations, and what contact forces leave of a pull.
-#include <Eigen/Dense>
+#include <Eigen/QR>
 #include <algorithm>
 
 #include "host_sim/lab/proxy_fuzz/proxy_judge.hpp"

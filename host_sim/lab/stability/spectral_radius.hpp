@@ -21,7 +21,8 @@ struct LinearLoop {
   unsigned delay_samples = 0;   ///< d
 };
 
-/// Largest modulus of an eigenvalue of a square matrix.
+/// Largest modulus of an eigenvalue of a square matrix, by repeated squaring in long double. Cost:
+/// 49 products.
 [[nodiscard]] double spectral_radius(const Eigen::MatrixXd& matrix);
 
 /// x(k+1) from x(k): position, velocity, position one sample ago, wrenches under way. K in N/m, B

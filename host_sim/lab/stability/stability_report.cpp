@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "host_sim/lab/optional/studies.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
@@ -12,15 +13,26 @@ namespace haptic::sim {
 namespace {
 
 constexpr StabilityPart kParts[] = {
-    {1, "z_width", z_width_part},
-    {2, "stiff", stiff_part},
     {3, "extreme", [](const StabilityOptions& o) { return extreme_part(o.quick); }},
-    {4, "continuity", continuity_part},
-    {5, "energy", energy_part},
-    {6, "clearance", [](const StabilityOptions& o) { return clearance_part(o.quick); }},
-    {7, "divisions", divisions_part},
     {8, "defaults", defaults_part},
 };
+/// The numbers of study_parts(), whether they are built or not.
+constexpr int kStudyParts[] = {1, 4, 5, 6, 7};
+
+void refuse_unknown(const std::vector<int>& numbers, const std::vector<StabilityPart>& parts) {
+  for (const int number : numbers) {
+    if (std::ranges::find(parts, number, &StabilityPart::number) != parts.end()) continue;
+    if (std::ranges::find(kStudyParts, number) != std::end(kStudyParts))
+      throw tools::UsageError("--parts: part " + std::to_string(number) + kStudiesLeftOut);
+    std::vector<int> known(std::begin(kStudyParts), std::end(kStudyParts));
+    for (const StabilityPart& part : kParts) known.push_back(part.number);
+    std::ranges::sort(known);
+    std::string list;
+    for (const int k : known) list += (list.empty() ? "" : ", ") + std::to_string(k);
+    throw tools::UsageError("--parts: there is no part " + std::to_string(number) +
+                            "; the parts are " + list);
+  }
+}
 
 std::string index_page(std::span<const PartReport> reports, bool quick) {
   std::string page = "# Numerical stability\n\nMade by `host_sim stability --out DIR" +
@@ -44,24 +56,21 @@ bool StabilityOptions::has(LawId law) const {
   return std::find(laws.begin(), laws.end(), law) != laws.end();
 }
 
-std::span<const StabilityPart> stability_parts() { return kParts; }
+std::vector<StabilityPart> stability_parts() {
+  std::vector<StabilityPart> parts(std::begin(kParts), std::end(kParts));
+  parts.insert(parts.end(), study_parts().begin(), study_parts().end());
+  std::ranges::sort(parts, {}, &StabilityPart::number);
+  return parts;
+}
 
 bool write_stability(const std::string& folder, const std::vector<int>& numbers,
                      const StabilityOptions& options) {
-  for (const int number : numbers) {
-    if (std::none_of(std::begin(kParts), std::end(kParts),
-                     [&](const StabilityPart& part) { return part.number == number; })) {
-      std::string known;
-      for (const StabilityPart& part : kParts)
-        known += (known.empty() ? "" : ", ") + std::to_string(part.number);
-      throw tools::UsageError("--parts: there is no part " + std::to_string(number) +
-                              "; the parts are " + known);
-    }
-  }
+  const std::vector<StabilityPart> parts = stability_parts();
+  refuse_unknown(numbers, parts);
   tools::claim_folder(folder, "--out", {});
   std::vector<PartReport> reports;
   bool passed = true;
-  for (const StabilityPart& part : kParts) {
+  for (const StabilityPart& part : parts) {
     if (!numbers.empty() && std::find(numbers.begin(), numbers.end(), part.number) == numbers.end())
       continue;
     if (options.progress) std::fprintf(stderr, "part %d: %s\n", part.number, part.name);

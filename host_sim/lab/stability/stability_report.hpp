@@ -31,21 +31,24 @@ struct StabilityPart {
   PartReport (*run)(const StabilityOptions& options);
 };
 
-/// All parts, by number.
-[[nodiscard]] std::span<const StabilityPart> stability_parts();
+/// The parts of this build, by number.
+[[nodiscard]] std::vector<StabilityPart> stability_parts();
+/// Those of lab/studies; empty where they are not built.
+[[nodiscard]] std::span<const StabilityPart> study_parts();
 
 // The parts, one per file part_*.cpp.
 [[nodiscard]] PartReport z_width_part(const StabilityOptions& options);     ///< 1
-[[nodiscard]] PartReport stiff_part(const StabilityOptions& options);       ///< 2
 [[nodiscard]] PartReport continuity_part(const StabilityOptions& options);  ///< 4
 [[nodiscard]] PartReport energy_part(const StabilityOptions& options);      ///< 5
 [[nodiscard]] PartReport divisions_part(const StabilityOptions& options);   ///< 7
 [[nodiscard]] PartReport defaults_part(const StabilityOptions& options);    ///< 8
 
-/// Runs the parts with these numbers (all when empty), writes their files and README.md into
-/// `folder`, which is made when absent; files appear whole, each as soon as its part is done.
+/// Runs the parts with these numbers (all of this build when empty), writes their files and
+/// README.md into `folder`, which is made when absent; files appear whole, each as soon as its part
+/// is done.
 /// @return true when every stated limit holds.
-/// @throws tools::InputError when a number is unknown or the folder cannot be written.
+/// @throws tools::UsageError when a number is unknown, or of a study that is not built;
+/// tools::InputError when the folder cannot be written.
 [[nodiscard]] bool write_stability(const std::string& folder, const std::vector<int>& numbers,
                                    const StabilityOptions& options);
 

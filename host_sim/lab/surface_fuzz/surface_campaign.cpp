@@ -2,6 +2,7 @@
 #include "host_sim/lab/surface_fuzz/surface_campaign.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -52,7 +53,7 @@ std::string csv(const SurfaceFuzzResult& result) {
   return table.csv();
 }
 
-std::string json(const SurfaceFuzzResult& result) {
+nlohmann::ordered_json json(const SurfaceFuzzResult& result) {
   const SurfaceTotals t = result.totals();
   nlohmann::ordered_json j;
   j["seed"] = result.size.seed;
@@ -67,7 +68,7 @@ std::string json(const SurfaceFuzzResult& result) {
   j["largest_rest_gap_m"] = static_cast<double>(t.largest_rest_gap_m);
   for (const auto& [name, count] : counts_of(kFigures, t)) j[name] = count;
   j["failures"] = t.failures.lines();
-  return j.dump(2) + "\n";
+  return j;
 }
 
 /// Rows of one scene together.
@@ -75,12 +76,15 @@ std::string scene_table(const SurfaceFuzzResult& result) {
   ReportTable table(
       "scene,triangles,ticks,held,worst gap um,on the way um,ticks that meet,behind,longest "
       "arrival,failures");
-  for (std::size_t k = 0; k < result.rows.size();) {
-    const SurfaceFuzzRow& first = result.rows[k];
-    SurfaceTotals t;
-    for (; k < result.rows.size() && result.rows[k].scene == first.scene; ++k) {
-      t.add(result.rows[k].totals);
-    }
+  struct Key {
+    std::string scene;
+    std::size_t moving, fixed;
+    bool operator==(const Key&) const = default;
+  };
+  Groups<Key, SurfaceTotals> groups;
+  for (const SurfaceFuzzRow& row : result.rows)
+    groups.at({row.scene, row.moving, row.fixed}).add(row.totals);
+  for (const auto& [first, t] : groups.list()) {
     const std::uint64_t held = 100 * t.held / std::max<std::uint64_t>(t.ticks, 1);
     table.add({first.scene, std::to_string(first.moving) + " x " + std::to_string(first.fixed),
                t.ticks, std::to_string(held) + " %", number_text(t.worst_gap_m * 1e6L),
@@ -132,13 +136,8 @@ std::vector<Subject> subjects_of(const SurfaceFuzzSize& size,
 
 }  // namespace
 
-SurfaceTotals SurfaceFuzzResult::totals() const {
-  SurfaceTotals sum;
-  for (const SurfaceFuzzRow& row : rows) sum.add(row.totals);
-  return sum;
-}
-
 SurfaceFuzzResult run_surface_fuzz(const SurfaceFuzzSize& size, const RunOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
   const bool closed_only = size.as != PartKind::kSurface;
   std::vector<SurfaceScene> scenes;
   if (size.scene_file.empty()) {
@@ -193,6 +192,7 @@ SurfaceFuzzResult run_surface_fuzz(const SurfaceFuzzSize& size, const RunOptions
                         size.only ? &result.motion : nullptr);
       });
   result.rows = std::move(campaign.rows);
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (!size.only) return result;
   std::erase_if(result.rows, [](const SurfaceFuzzRow& row) { return row.totals.ticks == 0; });
   const Subject& s = subjects[campaign.shards[*size.only].row / kinds];
@@ -224,14 +224,26 @@ std::string surface_fuzz_page(const SurfaceFuzzResult& result) {
   return text + scene_table(result) + failure_section(t.failures);
 }
 
-void write_surface_fuzz(const std::string& folder, const SurfaceFuzzResult& result) {
-  write_whole_file(folder + "/surface_fuzz.csv", csv(result));
-  write_whole_file(folder + "/surface_fuzz.json", json(result));
-  write_whole_file(folder + "/surface_fuzz.md", surface_fuzz_page(result));
-  for (const OutputText& file : result.files) {
-    write_whole_file(folder + "/" + file.name, file.content);
-  }
-  if (!result.motion.empty()) write_motion_csv(folder + "/motion.csv", result.motion);
+CampaignEnd surface_fuzz_end(const SurfaceFuzzResult& result) {
+  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  const SurfaceTotals t = result.totals();
+  std::string said = campaign_line(result.size.seed, t.ticks, t.held, result.seconds) + "\n" +
+                     zero_line(counts_of(kSurfaceMustBeZero, t)) + "\n";
+  said += tools::formatted(
+      "worst gap %.4Lg um, on the ways of %llu passes %.4Lg um (%llu parts unproven), triangles "
+      "met in %llu ticks, largest rise %.3Lg J\n",
+      t.worst_gap_m * 1e6L, number(t.ways), t.worst_way_m * 1e6L, number(t.unproven),
+      number(t.meeting), t.largest_rise_j);
+  said += tools::formatted(
+      "at rest at most %.4Lg um off, after %llu ticks; ended for want of budget: %llu\n",
+      t.largest_rest_gap_m * 1e6L, number(t.longest_arrival), number(t.behind));
+  CampaignEnd end{
+      said + failure_lines(t.failures),
+      campaign_files("surface_fuzz", csv(result), json(result), surface_fuzz_page(result)),
+      t.failed() == 0};
+  end.files.insert(end.files.end(), result.files.begin(), result.files.end());
+  if (!result.motion.empty()) end.files.push_back({"motion.csv", motion_csv(result.motion)});
+  return end;
 }
 
 }  // namespace haptic::sim

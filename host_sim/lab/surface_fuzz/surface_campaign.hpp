@@ -47,18 +47,17 @@ struct SurfaceFuzzResult {
   /// Where one run was asked for: files by which it can be run elsewhere.
   std::vector<OutputText> files;
   std::vector<MotionSample> motion;
-  [[nodiscard]] SurfaceTotals totals() const;
+  double seconds = 0;  ///< of the run
+  [[nodiscard]] SurfaceTotals totals() const { return sum_of(rows); }
 };
 
 /// @throws tools::InputError when a scene cannot be compiled; no run has the number of `only`.
 [[nodiscard]] SurfaceFuzzResult run_surface_fuzz(const SurfaceFuzzSize& size,
                                                  const RunOptions& options);
 
-/// surface_fuzz.csv, .json and .md in `folder`, which must exist; of one run also its scene and its
-/// motion.
-/// @throws tools::InputError naming the file.
-void write_surface_fuzz(const std::string& folder, const SurfaceFuzzResult& result);
 /// The page of surface_fuzz.md.
 [[nodiscard]] std::string surface_fuzz_page(const SurfaceFuzzResult& result);
+/// With surface_fuzz.csv, .json and .md; of one run also its scene and its motion.
+[[nodiscard]] CampaignEnd surface_fuzz_end(const SurfaceFuzzResult& result);
 
 }  // namespace haptic::sim

@@ -231,14 +231,14 @@ std::string surface_comparison_page(const SurfaceComparison& comparison) {
   return text + table_of(comparison).markdown();
 }
 
-void write_surface_comparison(const std::string& folder, const SurfaceComparison& comparison) {
+CampaignEnd surface_comparison_end(const SurfaceComparison& comparison) {
   nlohmann::ordered_json j;
   j["as"] = to_text(comparison.as);
   j["passed"] = !comparison.failed();
   j["rows"] = table_of(comparison).json();
-  write_whole_file(folder + "/surface_compare.csv", table_of(comparison).csv());
-  write_whole_file(folder + "/surface_compare.json", j.dump(2) + "\n");
-  write_whole_file(folder + "/surface_compare.md", surface_comparison_page(comparison));
+  const std::string page = surface_comparison_page(comparison);
+  return {page, campaign_files("surface_compare", table_of(comparison).csv(), j, page),
+          !comparison.failed()};
 }
 
 }  // namespace haptic::sim

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host_sim/lab/surface_fuzz/surface_run.hpp"
+#include "host_sim/report/campaign_text.hpp"
 #include "host_sim/report/shard_run.hpp"
 
 namespace haptic::sim {
@@ -45,10 +46,9 @@ struct SurfaceComparison {
 [[nodiscard]] SurfaceComparison compare_surfaces(PartKind as, bool faulty,
                                                  const RunOptions& options);
 
-/// surface_compare.csv, .json and .md in `folder`, which must exist.
-/// @throws tools::InputError naming the file.
-void write_surface_comparison(const std::string& folder, const SurfaceComparison& comparison);
 /// The page of surface_compare.md.
 [[nodiscard]] std::string surface_comparison_page(const SurfaceComparison& comparison);
+/// With surface_compare.csv, .json and .md.
+[[nodiscard]] CampaignEnd surface_comparison_end(const SurfaceComparison& comparison);
 
 }  // namespace haptic::sim

@@ -234,4 +234,14 @@ FaultOutcome run_with_fault(DeliberateFault fault, std::uint64_t seed) {
   return run_support(seed);
 }
 
+CampaignEnd fault_end(const FaultOutcome& outcome, const std::string& fault, std::uint64_t seed) {
+  std::string said = tools::formatted(
+      "fault %s, seed %llu: %llu checks, %llu fail without it, %llu with it\n", fault.c_str(),
+      static_cast<unsigned long long>(seed), static_cast<unsigned long long>(outcome.checks),
+      static_cast<unsigned long long>(outcome.sound_failures),
+      static_cast<unsigned long long>(outcome.fault_failures));
+  if (!outcome.first_failure.empty()) said += "  " + outcome.first_failure + "\n";
+  return {said, {}, outcome.sound_failures + outcome.fault_failures == 0};
+}
+
 }  // namespace haptic::sim

@@ -7,6 +7,8 @@
 #include <optional>
 #include <string>
 
+#include "host_sim/report/campaign_text.hpp"
+
 namespace haptic::sim {
 
 enum class DeliberateFault {
@@ -29,5 +31,9 @@ struct FaultOutcome {
 
 /// Runs the checks without and with the fault. Seconds.
 [[nodiscard]] FaultOutcome run_with_fault(DeliberateFault fault, std::uint64_t seed);
+
+/// Not passed is right here: the checks must fail on a core with a fault in it.
+[[nodiscard]] CampaignEnd fault_end(const FaultOutcome& outcome, const std::string& fault,
+                                    std::uint64_t seed);
 
 }  // namespace haptic::sim

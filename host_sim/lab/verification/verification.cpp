@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/lab/verification/verification.hpp"
 
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "host_sim/report/part_report.hpp"
@@ -15,22 +14,6 @@ std::string metres(Wide value) { return value == 0 ? "0" : number_text(value); }
 std::string orientation_of(const VerdictRow& row) {
   return row.aligned ? "aligned, noise " + number_text(widen(row.noise_rad)) + " rad" : "generic";
 }
-
-/// Sums of rows that share a name, in the order in which the names first come.
-template <typename Totals>
-class Groups {
- public:
-  void add(const std::string& name, const Totals& totals) {
-    const auto [at, is_new] = index_.try_emplace(name, groups_.size());
-    if (is_new) groups_.push_back({name, {}});
-    groups_[at->second].second.add(totals);
-  }
-  [[nodiscard]] const std::vector<std::pair<std::string, Totals>>& list() const { return groups_; }
-
- private:
-  std::map<std::string, std::size_t> index_;
-  std::vector<std::pair<std::string, Totals>> groups_;
-};
 
 std::vector<std::string> verdict_cells(const std::string& name, const VerdictTotals& t) {
   return {name,
@@ -46,7 +29,7 @@ std::vector<std::string> verdict_cells(const std::string& name, const VerdictTot
           metres(t.largest_excess_m)};
 }
 
-std::string verdict_table(const char* first, const Groups<VerdictTotals>& groups) {
+std::string verdict_table(const char* first, const Groups<std::string, VerdictTotals>& groups) {
   std::string table =
       table_head({first, "queries", "separated", "colliding", "touching", "undecided",
                   "bad certificates", "judged", "wrong", "by slack", "largest distance, m"});
@@ -55,13 +38,13 @@ std::string verdict_table(const char* first, const Groups<VerdictTotals>& groups
 }
 
 std::string verdict_section(const VerificationResult& result) {
-  Groups<VerdictTotals> pairs, modes, orientations;
+  Groups<std::string, VerdictTotals> pairs, modes, orientations;
   for (const VerdictRow& row : result.verdicts) {
-    pairs.add(row.pair, row.totals);
-    modes.add(name_of(row.mode), row.totals);
-    orientations.add(orientation_of(row), row.totals);
+    pairs.at(row.pair).add(row.totals);
+    modes.at(name_of(row.mode)).add(row.totals);
+    orientations.at(orientation_of(row)).add(row.totals);
   }
-  pairs.add("all", result.verdict_totals());
+  pairs.at("all").add(result.verdict_totals());
   return "## Verdicts\n\nEvery certificate is checked again in long double from the vertices "
          "alone. "
          "Separated: along the reported direction the smallest height of all vertices of A is "
@@ -188,25 +171,30 @@ nlohmann::ordered_json named(nlohmann::ordered_json head, const Totals& totals) 
   return head;
 }
 
+std::string verification_lines(const VerificationResult& result) {
+  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  const VerdictTotals v = result.verdict_totals();
+  const DepthTotals d = result.depth_totals();
+  const NearTotals n = result.near_totals();
+  return tools::formatted(
+             "verdicts   %llu queries (%llu separated, %llu colliding, %llu touching, %llu "
+             "undecided): %llu bad certificates; %llu judged: %llu wrong\n",
+             number(v.queries), number(v.separated), number(v.colliding), number(v.touching),
+             number(v.undecided), number(v.bad_certificates()), number(v.judged),
+             number(v.wrong_verdicts + v.wrong_boundaries)) +
+         tools::formatted(
+             "D_near     %llu ticks (%llu inside, %llu within 5 mm): %llu wrong, largest error "
+             "%.2Lg m inside, %.2Lg m outside; %llu wrong bounds beyond\n",
+             number(d.ticks), number(d.inside), number(d.near), number(d.wrong), d.largest_inside_m,
+             d.largest_near_m, number(d.wrong_bounds)) +
+         tools::formatted(
+             "near sets  %llu poses, %llu members: %llu missing, %llu extra, %llu of the subset "
+             "missing; %llu ambiguous, %llu cut\n",
+             number(n.poses), number(n.members), number(n.missing), number(n.extra),
+             number(n.subset_missing), number(n.ambiguous), number(n.cut));
+}
+
 }  // namespace
-
-VerdictTotals VerificationResult::verdict_totals() const {
-  VerdictTotals totals;
-  for (const VerdictRow& row : verdicts) totals.add(row.totals);
-  return totals;
-}
-
-DepthTotals VerificationResult::depth_totals() const {
-  DepthTotals totals;
-  for (const DepthRow& row : depths) totals.add(row.totals);
-  return totals;
-}
-
-NearTotals VerificationResult::near_totals() const {
-  NearTotals totals;
-  for (const NearRow& row : near_sets) totals.add(row.totals);
-  return totals;
-}
 
 bool VerificationResult::passed() const {
   return verdict_totals().passed() && depth_totals().passed() && near_totals().passed();
@@ -234,7 +222,7 @@ std::string verification_page(const VerificationResult& result) {
          failure_section(result);
 }
 
-void write_verification(const std::string& folder, const VerificationResult& result) {
+CampaignEnd verification_end(const VerificationResult& result, const std::string& folder) {
   std::vector<nlohmann::ordered_json> verdicts, depths, near_sets;
   for (const VerdictRow& row : result.verdicts) {
     verdicts.push_back(named({{"pair", row.pair},
@@ -253,11 +241,15 @@ void write_verification(const std::string& folder, const VerificationResult& res
       {"verdicts", {{"total", json_of(result.verdict_totals())}, {"rows", verdicts}}},
       {"d_near", {{"total", json_of(result.depth_totals())}, {"rows", depths}}},
       {"near_sets", {{"total", json_of(result.near_totals())}, {"rows", near_sets}}}};
-  write_whole_file(folder + "/verify.json", page.dump(2) + "\n");
-  write_whole_file(folder + "/verify.md", verification_page(result));
-  write_whole_file(folder + "/verify_verdicts.csv", csv_of(verdicts));
-  write_whole_file(folder + "/verify_d_near.csv", csv_of(depths));
-  write_whole_file(folder + "/verify_near_sets.csv", csv_of(near_sets));
+  return {verification_lines(result) + folder + "/verify.md: " +
+              (result.passed() ? "every count that must be zero is zero\n"
+                               : "a count that must be zero is not\n"),
+          {{"verify.json", page.dump(2) + "\n"},
+           {"verify.md", verification_page(result)},
+           {"verify_verdicts.csv", csv_of(verdicts)},
+           {"verify_d_near.csv", csv_of(depths)},
+           {"verify_near_sets.csv", csv_of(near_sets)}},
+          result.passed()};
 }
 
 }  // namespace haptic::sim

@@ -10,6 +10,7 @@
 #include "host_sim/lab/verification/depth_campaign.hpp"
 #include "host_sim/lab/verification/near_campaign.hpp"
 #include "host_sim/lab/verification/verdict_campaign.hpp"
+#include "host_sim/report/campaign_text.hpp"
 
 namespace haptic::sim {
 
@@ -30,9 +31,9 @@ struct VerificationResult {
   std::vector<DepthRow> depths;
   std::vector<NearRow> near_sets;
 
-  [[nodiscard]] VerdictTotals verdict_totals() const;
-  [[nodiscard]] DepthTotals depth_totals() const;
-  [[nodiscard]] NearTotals near_totals() const;
+  [[nodiscard]] VerdictTotals verdict_totals() const { return sum_of(verdicts); }
+  [[nodiscard]] DepthTotals depth_totals() const { return sum_of(depths); }
+  [[nodiscard]] NearTotals near_totals() const { return sum_of(near_sets); }
   [[nodiscard]] bool passed() const;
 };
 
@@ -40,11 +41,12 @@ struct VerificationResult {
 [[nodiscard]] VerificationResult run_verification(const VerificationSize& size,
                                                   const RunOptions& options);
 
-/// verify.json, verify.md, verify_verdicts.csv, verify_d_near.csv, verify_near_sets.csv in
-/// `folder`, which must exist. @throws tools::InputError naming the file.
-void write_verification(const std::string& folder, const VerificationResult& result);
-
 /// The page of verify.md.
 [[nodiscard]] std::string verification_page(const VerificationResult& result);
+
+/// With verify.json, verify.md, verify_verdicts.csv, verify_d_near.csv, verify_near_sets.csv for
+/// `folder`.
+[[nodiscard]] CampaignEnd verification_end(const VerificationResult& result,
+                                           const std::string& folder);
 
 }  // namespace haptic::sim
