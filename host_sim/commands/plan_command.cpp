@@ -15,6 +15,7 @@
 #include "host_sim/commands/laboratory.hpp"
 #include "host_sim/oracle/plan_clearance.hpp"
 #include "host_sim/report/part_report.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
@@ -22,7 +23,7 @@
 #include "tools/common/formatted.hpp"
 #include "tools/plan/plan_limits.hpp"
 #include "tools/plan/search/harmonic_field.hpp"
-#include "tools/plan/search/inside_surface.hpp"
+#include "tools/plan/search/plan_ends.hpp"
 #include "tools/plan/search/plan_making.hpp"
 #include "tools/plan/search/translation_plan.hpp"
 
@@ -46,8 +47,6 @@ struct PlanArguments {
 
 using Json = nlohmann::ordered_json;
 
-/// Where two poses are turned alike [rad].
-constexpr double kSameTurn_rad = 1.0e-9;
 /// Basic contacts of a C-face that are named.
 constexpr std::size_t kMostNamed = 3;
 
@@ -140,47 +139,6 @@ void say_impossible(const SceneView& view, const tools::TranslationResult& resul
     std::printf("  the %s is shut in by %s\n", what, face_text(view, face).c_str());
 }
 
-bool is_turned(const tools::PlanPose& start, const tools::PlanPose& goal) {
-  return tools::turn_between(start, goal).norm() > kSameTurn_rad;
-}
-
-/// The pose of the option, which a plan file can hold and the scene's limits allow.
-tools::PlanPose pose_of_option(const SceneView& view, const tools::SlidingPart& part,
-                               const Pose& mesh_wa, const std::string& option) {
-  const tools::PlanPose pose = part.grip_pose(mesh_wa);
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (std::abs(pose.x0_m[k]) <= tools::kMostPlanPlace_m) continue;
-    throw tools::UsageError(
-        option + tools::formatted(": the grip point's %c is %.6g m, and a plan holds places to "
-                                  "%.3g m from the origin; give a nearer pose",
-                                  "xyz"[k], pose.x0_m[k], tools::kMostPlanPlace_m));
-  }
-  const std::string left = tools::PlanLimits(view.parameters().envelope).left_by(pose);
-  if (left.empty()) return pose;
-  throw tools::InputError(option + ": " + left +
-                          (view.is_fixed() ? "; give x,y,z within the limits and no quaternion, or "
-                                           : "; give a pose within the limits, or ") +
-                          "widen them in the scene file and compile it again");
-}
-
-void require_free(const SceneView& view, tools::StepProver& prover, const tools::PlanPose& pose,
-                  const std::string& option) {
-  if (prover.is_free(pose)) {
-    const std::optional<std::uint32_t> body = tools::enclosing_body(view, pose);
-    if (!body) return;
-    const BodyRecord& record = view.bodies()[*body];
-    std::string name(view.text(record.name_offset, record.name_bytes));
-    std::replace_if(name.begin(), name.end(), tools::is_control, '?');
-    throw tools::InputError(
-        option + ": the part and '" + name +
-        "' lie in one another there, within a closed surface; give a pose outside of it");
-  }
-  const tools::StepProver::Blocked& pair = prover.blocked();
-  throw tools::InputError(option + ": the part is not free there: pieces " +
-                          std::to_string(pair.piece_a) + " and " + std::to_string(pair.piece_b) +
-                          " overlap; give a pose outside of the obstacles");
-}
-
 void say_progress(const tools::SearchState& state) {
   std::fprintf(stderr,
                "host_sim plan: %.0f s, %llu poses from the start and %llu from the goal, "
@@ -227,8 +185,7 @@ struct Task {
   tools::SlidingPart& part;
   tools::StepProver& prover;
   Pose start_wa;  ///< of the mesh frame
-  tools::PlanPose start, goal;
-  double tolerance_m;
+  tools::PlanEnds ends;
 };
 
 tools::ShorteningLimits shortening_of(const PlanArguments& o) {
@@ -288,8 +245,9 @@ int keep_plan(const Task& task, const PlanArguments& o, const tools::Plan& plan,
 
 /// The answer of the cells, where they have one.
 std::optional<int> plan_by_cells(const Task& task, const PlanArguments& o) {
-  const tools::TranslationResult result = tools::plan_translation(
-      task.view, task.prover, task.start_wa, task.start, task.goal, task.tolerance_m);
+  const tools::TranslationResult result =
+      tools::plan_translation(task.view, task.prover, task.start_wa, task.ends.start,
+                              task.ends.goal, tools::plan_tolerance_m(task.view));
   if (result.verdict == tools::TranslationVerdict::kUndecided) {
     const std::string why = "the cells of the free places decide nothing: " + result.why;
     if (o.method != PlanMethod::kSearch) {
@@ -353,9 +311,9 @@ int plan_by_search(const Task& task, const PlanArguments& o) {
   tools::SearchLimits limits;
   limits.seconds = o.seconds;
   limits.seed = o.seed;
-  const tools::MadePlan made =
-      tools::make_plan_between(task.view, task.part, task.prover, task.start, task.goal, limits,
-                               shortening_of(o), say_progress, say_shortening(shortening_of(o)));
+  const tools::MadePlan made = tools::make_plan_between(
+      task.view, task.part, task.prover, task.ends.start, task.ends.goal, limits, shortening_of(o),
+      say_progress, say_shortening(shortening_of(o)));
   const tools::SearchResult& result = made.search;
   Json json{{"found", result.found},
             {"method", "search"},
@@ -367,7 +325,7 @@ int plan_by_search(const Task& task, const PlanArguments& o) {
     if (o.json) {
       std::printf("%s\n", json.dump(2).c_str());
     } else {
-      say_failure(task.view, task.part, result, is_turned(task.start, task.goal));
+      say_failure(task.view, task.part, result, task.ends.turned);
     }
     if (o.fallback) plan_by_sampling(o);
     return tools::kExitCheckFailed;
@@ -388,18 +346,11 @@ int do_plan(const PlanArguments& o) {
   const SceneView& view = session.view();
   tools::claim_output(o.out, "--out", {tools::FileFormat::kPlan, {}});
   tools::SlidingPart part(view);
-  const Pose start_wa = tools::pose_from_text(view, "--start", o.start);
-  const tools::PlanPose start = pose_of_option(view, part, start_wa, "--start");
-  const tools::PlanPose goal =
-      pose_of_option(view, part, tools::pose_from_text(view, "--goal", o.goal), "--goal");
-  const double tolerance_m = tools::plan_tolerance_m(view);
-  tools::StepProver prover(view, tolerance_m);
-  require_free(view, prover, start, "--start");
-  require_free(view, prover, goal, "--goal");
-  if (tools::step_length_m(start, goal, part.radius_m()) < 1e-9 * part.radius_m())
-    throw tools::UsageError("--goal: is the start; give another pose");
-  const Task task{view, part, prover, start_wa, start, goal, tolerance_m};
-  const bool turned = is_turned(start, goal);
+  tools::StepProver prover(view, tools::plan_tolerance_m(view));
+  const tools::AskedEnds asked{tools::pose_from_text(view, "--start", o.start),
+                               tools::pose_from_text(view, "--goal", o.goal), "--start", "--goal"};
+  const Task task{view, part, prover, asked.start_wa, checked_ends(view, part, prover, asked)};
+  const bool turned = task.ends.turned;
   if (turned && o.method != PlanMethod::kSearch) {
     throw tools::UsageError(
         "--method: is for translations, and the goal is turned; leave --method out");

@@ -26,12 +26,18 @@ Plan plan_from(const SceneView& scene, const SlidingPart& part, StepProver& prov
   return make_plan(motion, prover, PlanCheck(scene), title);
 }
 
+ProvedText proved_plan_text(const SceneView& scene, const Plan& plan, const std::string& file) {
+  ProvedText proved{plan_as_text(plan), {}};
+  proved.proof = prove_plan(scene, parse_plan(proved.text, file), file);
+  if (!proved.proof.holds())
+    throw std::runtime_error("the plan is not proved: " + proved.proof.failure);
+  return proved;
+}
+
 PlanProof write_proved_plan(const SceneView& scene, const Plan& plan, const std::string& file) {
-  const std::string text = plan_as_text(plan);
-  PlanProof proof = prove_plan(scene, parse_plan(text, file), file);
-  if (!proof.holds()) throw std::runtime_error("the plan is not proved: " + proof.failure);
-  write_files({{file, std::as_bytes(std::span(text))}});
-  return proof;
+  const ProvedText proved = proved_plan_text(scene, plan, file);
+  write_files({{file, std::as_bytes(std::span(proved.text))}});
+  return proved.proof;
 }
 
 MadePlan make_plan_between(const SceneView& scene, SlidingPart& part, StepProver& prover,

@@ -25,9 +25,17 @@ inline constexpr double kPlanContact_m = 5.0e-5;
 [[nodiscard]] Plan plan_from(const SceneView& scene, const SlidingPart& part, StepProver& prover,
                              const CorneredMotion& motion, std::uint64_t seed);
 
-/// Proves the plan as its reader would, and writes it then.
-/// @throws std::runtime_error when it is not proved; InputError when its reader would refuse
-///         it.
+/// The text of a plan's file, and its proof as its reader makes it. `file`: for messages.
+struct ProvedText {
+  std::string text;
+  PlanProof proof;
+};
+/// @throws std::runtime_error when it is not proved; InputError when its reader would refuse it.
+[[nodiscard]] ProvedText proved_plan_text(const SceneView& scene, const Plan& plan,
+                                          const std::string& file);
+
+/// Writes that text.
+/// @throws as proved_plan_text; as write_files.
 [[nodiscard]] PlanProof write_proved_plan(const SceneView& scene, const Plan& plan,
                                           const std::string& file);
 
