@@ -13,18 +13,19 @@
 
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/commands/laboratory.hpp"
-#include "host_sim/plan/harmonic_field.hpp"
-#include "host_sim/plan/inside_surface.hpp"
-#include "host_sim/plan/plan_clearance.hpp"
-#include "host_sim/plan/plan_making.hpp"
-#include "host_sim/plan/translation_plan.hpp"
+#include "host_sim/oracle/plan_clearance.hpp"
 #include "host_sim/report/part_report.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
 #include "tools/plan/plan_limits.hpp"
+#include "tools/plan/search/harmonic_field.hpp"
+#include "tools/plan/search/plan_ends.hpp"
+#include "tools/plan/search/plan_making.hpp"
+#include "tools/plan/search/translation_plan.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -38,7 +39,7 @@ enum class PlanMethod : std::uint8_t {
 
 struct PlanArguments {
   std::string scene, start = "start", goal, out;
-  double seconds = 120, shorten_millions = 1e-6 * static_cast<double>(kShorteningWork);
+  double seconds = 120, shorten_millions = 1e-6 * static_cast<double>(tools::kShorteningWork);
   std::uint64_t seed = 1;
   PlanMethod method = PlanMethod::kSearch;
   bool json = false, fallback = false;
@@ -46,8 +47,6 @@ struct PlanArguments {
 
 using Json = nlohmann::ordered_json;
 
-/// Where two poses are turned alike [rad].
-constexpr double kSameTurn_rad = 1.0e-9;
 /// Basic contacts of a C-face that are named.
 constexpr std::size_t kMostNamed = 3;
 
@@ -67,14 +66,14 @@ std::string pose_as_option(const Pose& pose) {
 }
 
 std::string plane_text(const SceneView& view, PairIndex index, const std::string& kind,
-                       const Vec3d& normal_w) {
+                       const tools::Vec3d& normal_w) {
   const PairRecord pair = view.pair_record(index);
   return tools::formatted("pieces %u and %u, %s, normal (%.3f, %.3f, %.3f)", pair.piece_a,
                           pair.piece_b, kind.c_str(), normal_w.x(), normal_w.y(), normal_w.z());
 }
 
 /// "pieces 0 and 3, a face of the fixed piece, normal (0, 0, 1)".
-std::string plane_text(const SceneView& view, const HoldingPlane& plane) {
+std::string plane_text(const SceneView& view, const tools::HoldingPlane& plane) {
   const char* const kind = plane.type == ContactType::kA   ? "a face of the moving piece"
                            : plane.type == ContactType::kB ? "a face of the fixed piece"
                                                            : "two edges";
@@ -82,7 +81,7 @@ std::string plane_text(const SceneView& view, const HoldingPlane& plane) {
 }
 
 /// Names of the first basic contacts of a C-face: "44 B (v2, f0)".
-std::vector<std::string> contact_names(const SceneView& view, const BlockingFace& face) {
+std::vector<std::string> contact_names(const SceneView& view, const tools::BlockingFace& face) {
   std::vector<std::string> names;
   const PairView pair = view.pair(face.pair);
   for (const std::uint32_t node : face.nodes) {
@@ -92,7 +91,7 @@ std::vector<std::string> contact_names(const SceneView& view, const BlockingFace
   return names;
 }
 
-std::string face_text(const SceneView& view, const BlockingFace& face) {
+std::string face_text(const SceneView& view, const tools::BlockingFace& face) {
   std::string kind = "C-face of " + joined(contact_names(view, face));
   if (face.nodes.size() > kMostNamed)
     kind += tools::formatted(" and %zu more", face.nodes.size() - kMostNamed);
@@ -100,11 +99,11 @@ std::string face_text(const SceneView& view, const BlockingFace& face) {
          tools::formatted(", %.4g mm^2 of it", 1e6 * face.area_m2);
 }
 
-std::vector<double> numbers_of(const Vec3d& v) { return {v.x(), v.y(), v.z()}; }
+std::vector<double> numbers_of(const tools::Vec3d& v) { return {v.x(), v.y(), v.z()}; }
 
-Json enclosure_json(const SceneView& view, const TranslationResult& result) {
+Json enclosure_json(const SceneView& view, const tools::TranslationResult& result) {
   Json faces = Json::array();
-  for (const BlockingFace& face : result.enclosure.faces) {
+  for (const tools::BlockingFace& face : result.enclosure.faces) {
     const PairRecord pair = view.pair_record(face.pair);
     faces.push_back({{"piece_a", pair.piece_a},
                      {"piece_b", pair.piece_b},
@@ -121,8 +120,8 @@ Json enclosure_json(const SceneView& view, const TranslationResult& result) {
 }
 
 /// No translation leads to the goal: the fact, and what it rests on.
-void say_impossible(const SceneView& view, const TranslationResult& result) {
-  const Enclosure& e = result.enclosure;
+void say_impossible(const SceneView& view, const tools::TranslationResult& result) {
+  const tools::Enclosure& e = result.enclosure;
   const char* const what = result.goal_is_enclosed ? "goal" : "start";
   std::printf(
       "no translation at this orientation leads from the start to the goal: a fact, from %zu "
@@ -136,53 +135,11 @@ void say_impossible(const SceneView& view, const TranslationResult& result) {
       1e3 * e.high.z());
   if (tools::PlanLimits(view.parameters().envelope).has_box())
     std::printf("  places beyond [motion_limits] workspace count as shut\n");
-  for (const BlockingFace& face : e.faces)
+  for (const tools::BlockingFace& face : e.faces)
     std::printf("  the %s is shut in by %s\n", what, face_text(view, face).c_str());
 }
 
-bool is_turned(const PlanPose& start, const PlanPose& goal) {
-  return turn_between(start, goal).norm() > kSameTurn_rad;
-}
-
-/// The pose of the option, which a plan file can hold and the scene's limits allow.
-PlanPose pose_of_option(const SceneView& view, const SlidingPart& part, const Pose& mesh_wa,
-                        const std::string& option) {
-  const PlanPose pose = part.grip_pose(mesh_wa);
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (std::abs(pose.x0_m[k]) <= tools::kMostPlanPlace_m) continue;
-    throw tools::UsageError(
-        option + tools::formatted(": the grip point's %c is %.6g m, and a plan holds places to "
-                                  "%.3g m from the origin; give a nearer pose",
-                                  "xyz"[k], pose.x0_m[k], tools::kMostPlanPlace_m));
-  }
-  const std::string left = tools::PlanLimits(view.parameters().envelope).left_by(pose);
-  if (left.empty()) return pose;
-  throw tools::InputError(option + ": " + left +
-                          (view.is_locked()
-                               ? "; give x,y,z within the limits and no quaternion, or "
-                               : "; give a pose within the limits, or ") +
-                          "widen them in the scene file and compile it again");
-}
-
-void require_free(const SceneView& view, StepProver& prover, const PlanPose& pose,
-                  const std::string& option) {
-  if (prover.is_free(pose)) {
-    const std::optional<std::uint32_t> body = enclosing_body(view, pose);
-    if (!body) return;
-    const BodyRecord& record = view.bodies()[*body];
-    std::string name(view.text(record.name_offset, record.name_bytes));
-    std::replace_if(name.begin(), name.end(), tools::is_control, '?');
-    throw tools::InputError(
-        option + ": the part and '" + name +
-        "' lie in one another there, within a closed surface; give a pose outside of it");
-  }
-  const StepProver::Blocked& pair = prover.blocked();
-  throw tools::InputError(option + ": the part is not free there: pieces " +
-                          std::to_string(pair.piece_a) + " and " + std::to_string(pair.piece_b) +
-                          " overlap; give a pose outside of the obstacles");
-}
-
-void say_progress(const SearchState& state) {
+void say_progress(const tools::SearchState& state) {
   std::fprintf(stderr,
                "host_sim plan: %.0f s, %llu poses from the start and %llu from the goal, "
                "the trees are %.3g mm apart\n",
@@ -191,9 +148,9 @@ void say_progress(const SearchState& state) {
 }
 
 /// Says about once a second how far the shortening is.
-ShorteningProgress say_shortening(const ShorteningLimits& limits) {
+tools::ShorteningProgress say_shortening(const tools::ShorteningLimits& limits) {
   using Clock = std::chrono::steady_clock;
-  return [limits, said = Clock::now()](const ShorteningState& state) mutable {
+  return [limits, said = Clock::now()](const tools::ShorteningState& state) mutable {
     if (Clock::now() - said < std::chrono::seconds(1)) return;
     said = Clock::now();
     std::fprintf(
@@ -203,8 +160,8 @@ ShorteningProgress say_shortening(const ShorteningLimits& limits) {
   };
 }
 
-void say_failure(const SceneView& view, const SlidingPart& part, const SearchResult& result,
-                 bool turned) {
+void say_failure(const SceneView& view, const tools::SlidingPart& part,
+                 const tools::SearchResult& result, bool turned) {
   std::printf("no plan found in %.0f s (%llu pushes, %llu ticks); got as far as this state:\n",
               result.state.seconds, static_cast<unsigned long long>(result.state.pushes),
               static_cast<unsigned long long>(result.state.ticks));
@@ -214,7 +171,7 @@ void say_failure(const SceneView& view, const SlidingPart& part, const SearchRes
               pose_as_option(part.mesh_pose(result.nearest_to_start)).c_str());
   std::printf("  the nearest two poses are %.4g mm apart, a turn of 1 rad counted as %.4g mm\n",
               1e3 * result.state.nearest_m, 1e3 * part.radius_m());
-  for (const HoldingPlane& plane : result.goal_held)
+  for (const tools::HoldingPlane& plane : result.goal_held)
     std::printf("  pushed out of the goal it is held by %s\n", plane_text(view, plane).c_str());
   if (!turned && !view.is_locked())
     std::printf(
@@ -225,15 +182,14 @@ void say_failure(const SceneView& view, const SlidingPart& part, const SearchRes
 /// The start and the goal of a plan, and what proves its steps.
 struct Task {
   const SceneView& view;
-  SlidingPart& part;
-  StepProver& prover;
+  tools::SlidingPart& part;
+  tools::StepProver& prover;
   Pose start_wa;  ///< of the mesh frame
-  PlanPose start, goal;
-  double tolerance_m;
+  tools::PlanEnds ends;
 };
 
-ShorteningLimits shortening_of(const PlanArguments& o) {
-  ShorteningLimits shortening;
+tools::ShorteningLimits shortening_of(const PlanArguments& o) {
+  tools::ShorteningLimits shortening;
   shortening.work = static_cast<std::uint64_t>(1e6 * o.shorten_millions);
   shortening.seed = o.seed;
   return shortening;
@@ -254,7 +210,7 @@ int keep_plan(const Task& task, const PlanArguments& o, const tools::Plan& plan,
         tools::kMostPlanRuns);
     return tools::kExitCheckFailed;
   }
-  const tools::PlanProof proof = write_proved_plan(task.view, plan, o.out);
+  const tools::PlanProof proof = tools::write_proved_plan(task.view, plan, o.out);
   const PlanClearance clearance = clearance_of(task.view, plan);
   if (o.json) {
     json["plan"] = o.out;
@@ -289,9 +245,10 @@ int keep_plan(const Task& task, const PlanArguments& o, const tools::Plan& plan,
 
 /// The answer of the cells, where they have one.
 std::optional<int> plan_by_cells(const Task& task, const PlanArguments& o) {
-  const TranslationResult result = plan_translation(task.view, task.prover, task.start_wa,
-                                                    task.start, task.goal, task.tolerance_m);
-  if (result.verdict == TranslationVerdict::kUndecided) {
+  const tools::TranslationResult result =
+      tools::plan_translation(task.view, task.prover, task.start_wa, task.ends.start,
+                              task.ends.goal, tools::plan_tolerance_m(task.view));
+  if (result.verdict == tools::TranslationVerdict::kUndecided) {
     const std::string why = "the cells of the free places decide nothing: " + result.why;
     if (o.method != PlanMethod::kSearch) {
       throw tools::InputError(o.scene + ": " + why + "; leave --method out");
@@ -299,12 +256,12 @@ std::optional<int> plan_by_cells(const Task& task, const PlanArguments& o) {
     std::fprintf(stderr, "host_sim plan: %s; the search goes on\n", why.c_str());
     return std::nullopt;
   }
-  Json json{{"found", result.verdict == TranslationVerdict::kFound},
+  Json json{{"found", result.verdict == tools::TranslationVerdict::kFound},
             {"cells", result.space.cells.size()},
             {"c_faces", result.space.faces.size()},
             {"tolerance_m", result.space.tolerance_m},
             {"seconds", result.seconds}};
-  if (result.verdict == TranslationVerdict::kImpossible) {
+  if (result.verdict == tools::TranslationVerdict::kImpossible) {
     json["impossible_by_translation"] = true;
     json["enclosure"] = enclosure_json(task.view, result);
     if (o.json) {
@@ -314,21 +271,22 @@ std::optional<int> plan_by_cells(const Task& task, const PlanArguments& o) {
     }
     return tools::kExitCheckFailed;
   }
-  CorneredMotion motion = shortened(result.motion, task.prover, task.part.radius_m(),
-                                    shortening_of(o), say_shortening(shortening_of(o)));
+  tools::CorneredMotion motion =
+      tools::shortened(result.motion, task.prover, task.part.radius_m(), shortening_of(o),
+                       say_shortening(shortening_of(o)));
   std::string how =
       tools::formatted("  exact     %.2f s, %zu cells from %zu C-faces of %llu pairs\n",
                        result.seconds, result.space.cells.size(), result.space.faces.size(),
                        static_cast<unsigned long long>(task.view.pair_count()));
   if (o.method == PlanMethod::kHarmonic) {
-    HarmonicDescent down = descend_about(result.space, motion);
+    tools::HarmonicDescent down = tools::descend_about(result.space, motion);
     motion = std::move(down.motion);
     how += tools::formatted("  harmonic  %zu cells of %.3g mm, %u rounds, residual %.2g\n",
                             down.field.cells.size(), 1e3 * down.field.pitch_m, down.field.rounds,
                             down.field.residual);
   }
   json["method"] = o.method == PlanMethod::kHarmonic ? "harmonic" : "translations";
-  return keep_plan(task, o, plan_from(task.view, task.part, task.prover, motion, o.seed),
+  return keep_plan(task, o, tools::plan_from(task.view, task.part, task.prover, motion, o.seed),
                    std::move(json), how);
 }
 
@@ -350,13 +308,13 @@ std::optional<int> plan_by_cells(const Task& task, const PlanArguments& o) {
 }
 
 int plan_by_search(const Task& task, const PlanArguments& o) {
-  SearchLimits limits;
+  tools::SearchLimits limits;
   limits.seconds = o.seconds;
   limits.seed = o.seed;
-  const MadePlan made =
-      make_plan_between(task.view, task.part, task.prover, task.start, task.goal, limits,
-                        shortening_of(o), say_progress, say_shortening(shortening_of(o)));
-  const SearchResult& result = made.search;
+  const tools::MadePlan made = tools::make_plan_between(
+      task.view, task.part, task.prover, task.ends.start, task.ends.goal, limits, shortening_of(o),
+      say_progress, say_shortening(shortening_of(o)));
+  const tools::SearchResult& result = made.search;
   Json json{{"found", result.found},
             {"method", "search"},
             {"seconds", result.state.seconds},
@@ -367,7 +325,7 @@ int plan_by_search(const Task& task, const PlanArguments& o) {
     if (o.json) {
       std::printf("%s\n", json.dump(2).c_str());
     } else {
-      say_failure(task.view, task.part, result, is_turned(task.start, task.goal));
+      say_failure(task.view, task.part, result, task.ends.turned);
     }
     if (o.fallback) plan_by_sampling(o);
     return tools::kExitCheckFailed;
@@ -387,19 +345,12 @@ int do_plan(const PlanArguments& o) {
   const CoreSession session(bytes.span(), o.scene, GoalContact::kLeftOut);  // checks the scene
   const SceneView& view = session.view();
   tools::claim_output(o.out, "--out", {tools::FileFormat::kPlan, {}});
-  SlidingPart part(view);
-  const Pose start_wa = tools::pose_from_text(view, "--start", o.start);
-  const PlanPose start = pose_of_option(view, part, start_wa, "--start");
-  const PlanPose goal =
-      pose_of_option(view, part, tools::pose_from_text(view, "--goal", o.goal), "--goal");
-  const double tolerance_m = plan_tolerance_m(view);
-  StepProver prover(view, tolerance_m);
-  require_free(view, prover, start, "--start");
-  require_free(view, prover, goal, "--goal");
-  if (tools::step_length_m(start, goal, part.radius_m()) < 1e-9 * part.radius_m())
-    throw tools::UsageError("--goal: is the start; give another pose");
-  const Task task{view, part, prover, start_wa, start, goal, tolerance_m};
-  const bool turned = is_turned(start, goal);
+  tools::SlidingPart part(view);
+  tools::StepProver prover(view, tools::plan_tolerance_m(view));
+  const tools::AskedEnds asked{tools::pose_from_text(view, "--start", o.start),
+                               tools::pose_from_text(view, "--goal", o.goal), "--start", "--goal"};
+  const Task task{view, part, prover, asked.start_wa, checked_ends(view, part, prover, asked)};
+  const bool turned = task.ends.turned;
   if (turned && o.method != PlanMethod::kSearch) {
     throw tools::UsageError(
         "--method: is for translations, and the goal is turned; leave --method out");

@@ -56,10 +56,10 @@ Pose HeldPart::mesh_pose(const Vector& by_w) const {
   return pose_at(grip_w + by_w - q_wa * grip_a, q_wa);
 }
 
-HeldPart held_at(const SceneView& view, const PlanPose& pose) {
+HeldPart held_at(const SceneView& view, const tools::PlanPose& pose) {
   HeldPart held;
-  held.grip_w = place_of(pose);
-  held.q_wa = turn_of(pose);
+  held.grip_w = tools::place_of(pose);
+  held.q_wa = tools::turn_of(pose);
   held.grip_a = triple_of(view.bodies()[0].reference_m);
   for (const PieceRecord& piece : view.pieces()) {
     if (piece.body == 0)
@@ -73,7 +73,7 @@ HeldPart held_at_start(const SceneView& view) {
   const double* q = parameters.start_q_wa_xyzw;
   const Rotation q_wa = Rotation(q[3], q[0], q[1], q[2]).normalized();
   const Vector grip_a = triple_of(view.bodies()[0].reference_m);
-  return held_at(view, plan_pose(triple_of(parameters.start_p_wa_m) + q_wa * grip_a, q_wa));
+  return held_at(view, tools::plan_pose(triple_of(parameters.start_p_wa_m) + q_wa * grip_a, q_wa));
 }
 
 TouchVerdict touch_at(CoreSession& session, const Pose& pose_wa) {

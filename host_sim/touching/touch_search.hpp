@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "host_sim/plan/pose_algebra.hpp"
 #include "host_sim/session/core_session.hpp"
 #include "host_sim/shapes/shapes.hpp"
+#include "tools/plan/search/pose_algebra.hpp"
 
 namespace haptic::sim {
 
@@ -27,7 +27,7 @@ struct HeldPart {
   [[nodiscard]] Pose mesh_pose(const Vector& by_w = Vector::Zero()) const;
 };
 [[nodiscard]] HeldPart held_at_start(const SceneView& view);
-[[nodiscard]] HeldPart held_at(const SceneView& view, const PlanPose& pose);
+[[nodiscard]] HeldPart held_at(const SceneView& view, const tools::PlanPose& pose);
 
 /// Says whether the part touches where it is led, and how far it may be led on without a touch.
 struct TouchVerdict {

@@ -17,7 +17,7 @@ constexpr std::size_t kMostNearestWays = 8;
 
 /// A way to a touch.
 struct Approach {
-  std::vector<PlanPose> way_in;
+  std::vector<tools::PlanPose> way_in;
   HeldPart from;  ///< where the straight way begins
   Vector along_w = Vector::Zero();
   double way_m = 0;
@@ -61,20 +61,20 @@ class Script {
   }
 
   /// Along poses, from the first of them, where the part is.
-  void follow(const char* phase, const std::vector<PlanPose>& poses) {
+  void follow(const char* phase, const std::vector<tools::PlanPose>& poses) {
     constexpr double kSpeed_m_per_s = 0.06, kLongest_s = 20, kLeastStep_s = 0.02, kMostTurn_rad = 2;
     double way_m = 0;
     for (std::size_t k = 1; k < poses.size(); ++k)
       way_m += tools::step_length_m(poses[k - 1], poses[k], held_.radius_m);
     const double speed = std::max(kSpeed_m_per_s, way_m / kLongest_s);
     for (std::size_t k = 1; k < poses.size(); ++k) {
-      const PlanPose &from = poses[k - 1], &to = poses[k];
+      const tools::PlanPose &from = poses[k - 1], &to = poses[k];
       const double seconds =
           std::max(kLeastStep_s, tools::step_length_m(from, to, held_.radius_m) / speed);
-      const int parts = turn_between(from, to).norm() > kMostTurn_rad ? 2 : 1;
+      const int parts = tools::turn_between(from, to).norm() > kMostTurn_rad ? 2 : 1;
       for (int part = 1; part <= parts; ++part) {
-        const PlanPose pose = between(from, to, static_cast<double>(part) / parts);
-        go(phase, seconds / parts, place_of(pose), turn_of(pose));
+        const tools::PlanPose pose = tools::between(from, to, static_cast<double>(part) / parts);
+        go(phase, seconds / parts, tools::place_of(pose), tools::turn_of(pose));
       }
     }
   }
@@ -204,10 +204,10 @@ class Search {
     best_.no_way_in = way.not_found;
     if (way.corners.empty()) return false;
     const HeldPart goal = held_at(session_.view(), way.corners.back());
-    const PlanPose& before = way.corners[way.corners.size() - 2];
-    const Vector last = goal.grip_w - place_of(before);
+    const tools::PlanPose& before = way.corners[way.corners.size() - 2];
+    const Vector last = goal.grip_w - tools::place_of(before);
     // A way without a corner goes straight on from the start to the touch.
-    if (way.corners.size() == 2 && turn_between(before, way.corners.back()).norm() == 0) {
+    if (way.corners.size() == 2 && tools::turn_between(before, way.corners.back()).norm() == 0) {
       const std::optional<Approach> straight = approach(start_, last.normalized());
       return straight && touches(*straight);
     }

@@ -16,10 +16,10 @@ namespace haptic::sim {
 /// How the hand moves. Its lengths go with the part and the stiffness.
 struct TouchingScript {
   MotionScript script;
-  std::vector<PlanPose> way_in;     ///< WayIn::corners that it follows first; empty: none
-  Vector along_w = Vector::Zero();  ///< unit: the straight way to the touch, and of the press
-  double way_m = 0;                 ///< length of that way, to touch_step_m
-  double press_m = 0, slide_m = 0;  ///< beyond the touch; to each side
+  std::vector<tools::PlanPose> way_in;  ///< WayIn::corners that it follows first; empty: none
+  Vector along_w = Vector::Zero();      ///< unit: the straight way to the touch, and of the press
+  double way_m = 0;                     ///< length of that way, to touch_step_m
+  double press_m = 0, slide_m = 0;      ///< beyond the touch; to each side
   double tilt_rad = 0;
 };
 

@@ -3,12 +3,12 @@
 
 #include <optional>
 
-#include "host_sim/plan/inside_surface.hpp"
-#include "host_sim/plan/plan_making.hpp"
-#include "host_sim/plan/translation_plan.hpp"
 #include "host_sim/touching/touch_search.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/plan/search/inside_surface.hpp"
+#include "tools/plan/search/plan_making.hpp"
+#include "tools/plan/search/translation_plan.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -18,24 +18,25 @@ namespace {
 constexpr std::uint64_t kMostPairs = 4'000'000;
 
 /// True if the straight way is proved free, within `seconds`.
-bool is_straight(StepProver& prover, const PlanPose& start, const PlanPose& goal, double seconds) {
+bool is_straight(tools::StepProver& prover, const tools::PlanPose& start,
+                 const tools::PlanPose& goal, double seconds) {
   constexpr int kParts = 32, kHalvings = 7;
-  const double end_s = wall_clock_s() + seconds;
+  const double end_s = tools::wall_clock_s() + seconds;
   for (int k = 0; k < kParts; ++k) {
-    const auto at = [&](int part) { return between(start, goal, part / double{kParts}); };
-    if (wall_clock_s() > end_s || !prover.prove(at(k), at(k + 1), kHalvings)) return false;
+    const auto at = [&](int part) { return tools::between(start, goal, part / double{kParts}); };
+    if (tools::wall_clock_s() > end_s || !prover.prove(at(k), at(k + 1), kHalvings)) return false;
   }
   return true;
 }
 
-std::vector<PlanPose> way_of_guide(const SceneView& view) {
+std::vector<tools::PlanPose> way_of_guide(const SceneView& view) {
   if (view.guide_stations().empty()) return {};
   const HeldPart at_start = held_at_start(view);
-  std::vector<PlanPose> corners{plan_pose(at_start.grip_w, at_start.q_wa)};
+  std::vector<tools::PlanPose> corners{tools::plan_pose(at_start.grip_w, at_start.q_wa)};
   for (const GuideStation& station : view.guide_stations()) {
     const Real *const x = station.x0_m, *const q = station.q_wa_xyzw;
-    corners.push_back(plan_pose(Vec3(x[0], x[1], x[2]).cast<double>(),
-                                Quat(q[3], q[0], q[1], q[2]).cast<double>()));
+    corners.push_back(tools::plan_pose(Vec3(x[0], x[1], x[2]).cast<double>(),
+                                       Quat(q[3], q[0], q[1], q[2]).cast<double>()));
   }
   return corners;
 }
@@ -52,47 +53,48 @@ bool is_held_between(CoreSession& session, const HeldPart& held) {
 }
 
 /// The planner's way, or none.
-std::optional<CorneredMotion> planned(const SceneView& view, SlidingPart& part, StepProver& prover,
-                                      const Pose& start_wa, const PlanPose& start,
-                                      const PlanPose& goal, const WayInLimits& limits,
-                                      const TouchProgress& progress) {
+std::optional<tools::CorneredMotion> planned(const SceneView& view, tools::SlidingPart& part,
+                                             tools::StepProver& prover, const Pose& start_wa,
+                                             const tools::PlanPose& start,
+                                             const tools::PlanPose& goal, const WayInLimits& limits,
+                                             const TouchProgress& progress) {
   if (view.is_locked()) {
     progress("looking for the way in by the cells of the free places");
-    TranslationResult cells =
-        plan_translation(view, prover, start_wa, start, goal, plan_tolerance_m(view));
-    if (cells.verdict == TranslationVerdict::kFound) return std::move(cells.motion);
-    if (cells.verdict == TranslationVerdict::kImpossible) return std::nullopt;
+    tools::TranslationResult cells =
+        tools::plan_translation(view, prover, start_wa, start, goal, tools::plan_tolerance_m(view));
+    if (cells.verdict == tools::TranslationVerdict::kFound) return std::move(cells.motion);
+    if (cells.verdict == tools::TranslationVerdict::kImpossible) return std::nullopt;
   }
-  SearchLimits search;
+  tools::SearchLimits search;
   search.seconds = limits.seconds;
-  SearchResult found =
-      search_plan(view, part, prover, start, goal, search, [&](const SearchState& state) {
+  tools::SearchResult found = tools::search_plan(
+      view, part, prover, start, goal, search, [&](const tools::SearchState& state) {
         progress(tools::formatted("looking for the way in, %.0f s of at most %.3g", state.seconds,
                                   limits.seconds));
       });
   if (!found.found) return std::nullopt;
-  ShorteningLimits shortening;
+  tools::ShorteningLimits shortening;
   shortening.work = limits.shortening;
-  return shortened(found.motion, prover, part.radius_m(), shortening);
+  return tools::shortened(found.motion, prover, part.radius_m(), shortening);
 }
 
 WayIn way_to_drawn_place(CoreSession& session, const WayInLimits& limits,
                          const TouchProgress& progress) {
   const SceneView& view = session.view();
   if (view.pair_count() > kMostPairs) return {};
-  SlidingPart part(view);
-  StepProver prover(view, plan_tolerance_m(view));
+  tools::SlidingPart part(view);
+  tools::StepProver prover(view, tools::plan_tolerance_m(view));
   const HeldPart at_start = held_at_start(view);
-  const PlanPose start = plan_pose(at_start.grip_w, at_start.q_wa);
-  const PlanPose goal = part.grip_pose(Pose{});
-  const bool turned = turn_between(start, goal).norm() > 0;
+  const tools::PlanPose start = tools::plan_pose(at_start.grip_w, at_start.q_wa);
+  const tools::PlanPose goal = part.grip_pose(Pose{});
+  const bool turned = tools::turn_between(start, goal).norm() > 0;
   if (tools::step_length_m(start, goal, part.radius_m()) < 1e-3 * part.radius_m()) return {};
   if (view.is_locked() && turned) return {};
   if (!prover.is_free(goal) || !prover.is_free(start)) return {};
   if (!is_held_between(session, held_at(view, goal))) return {};
-  if (enclosing_body(view, goal) || enclosing_body(view, start)) return {};
+  if (tools::enclosing_body(view, goal) || tools::enclosing_body(view, start)) return {};
   if (is_straight(prover, start, goal, limits.seconds)) return {{start, goal}, {}};
-  const std::optional<CorneredMotion> motion =
+  const std::optional<tools::CorneredMotion> motion =
       planned(view, part, prover, at_start.mesh_pose(), start, goal, limits, progress);
   if (motion) return {motion->corners, {}};
   return {{},

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/plan/pose_algebra.hpp"
 #include "host_sim/session/core_session.hpp"
+#include "tools/plan/search/pose_algebra.hpp"
 
 namespace haptic::sim {
 
@@ -25,7 +25,7 @@ struct WayIn {
   /// Poses of the grip point from the scene's start to the goal, at least two, joined by straight
   /// ways: those of the planner are proved free, those between the stations of a guide are not.
   /// Empty: there is no such place, or no way to it was found.
-  std::vector<PlanPose> corners;
+  std::vector<tools::PlanPose> corners;
   /// Such a place is there, and no way to it was found: a sentence.
   std::string not_found;
 };

@@ -37,6 +37,8 @@ constexpr std::array kErrors = {
     ErrorEntry{"HAPTIC_ERROR_SYSTEM", "the operating system refused"},
     ErrorEntry{"HAPTIC_ERROR_INTERNAL",
                "a fault of the library; please report it with the input that led to it"},
+    ErrorEntry{"HAPTIC_ERROR_NO_PLAN",
+               "no way to the goal was found; the text says how far it got"},
 };
 static_assert(kErrors.size() == HAPTIC_ERROR_COUNT);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #ifndef HAPTIC_H_INCLUDED
 #define HAPTIC_H_INCLUDED
-/// The C interface of the haptic renderer (C99; libhaptic.so.0). Four groups: errors, core,
-/// compile, session.
+/// The C interface of the haptic renderer (C99; libhaptic.so.0). Five groups: errors, core,
+/// compile, plan, session.
 ///
 /// Units are SI: m, s, N, N m, rad. Frames: W the workspace, A the part in the hand (the frame of
 /// its mesh). A pose is seven numbers: position of A's mesh frame in W, then its unit quaternion x
@@ -51,7 +51,8 @@ typedef enum haptic_error {
   HAPTIC_ERROR_DEVICE = 13,  ///< there is no device of that name
   HAPTIC_ERROR_SYSTEM = 14,  ///< the operating system refused: threads, files
   HAPTIC_ERROR_INTERNAL = 15,  ///< a fault of this library; please report it with the input
-  HAPTIC_ERROR_COUNT = 16
+  HAPTIC_ERROR_NO_PLAN = 16,   ///< no way to the goal was found, or there is none: see the text
+  HAPTIC_ERROR_COUNT = 17
 } haptic_error;
 
 /// "0.1.0". Static storage. Any thread; constant cost.
@@ -285,6 +286,68 @@ HAPTIC_API int haptic_compiled_message(const haptic_compiled* compiled, size_t i
 /// Gives the memory back and sets `*compiled` to null; null already: nothing happens. No other call
 /// with this handle may be running or come after.
 HAPTIC_API int haptic_compiled_free(haptic_compiled** compiled);
+
+// Plan: a motion of the part in the hand to a goal, with a proof that each step of it is free.
+
+/// From where to where, and how long to look.
+typedef struct haptic_plan_input {
+  uint32_t struct_size;
+  uint32_t has_start;     ///< not 0: start_pose is meant; 0: the scene's start
+  double start_pose[7];   ///< of A in W
+  double goal_pose[7];    ///< of A in W
+  double seconds;         ///< for the search; 0.001 to 1e9
+  uint64_t seed;          ///< of the random pushes; the same seed gives the same plan
+  uint64_t shorten_work;  ///< on making it shorter, counted: vertices that it may look at
+} haptic_plan_input;
+#define HAPTIC_PLAN_INPUT_INIT                                                            \
+  {                                                                                       \
+    sizeof(haptic_plan_input), 0, {0, 0, 0, 0, 0, 0, 1}, {0, 0, 0, 0, 0, 0, 1}, 120.0, 1, \
+        6000000000u                                                                       \
+  }
+
+typedef struct haptic_planned haptic_planned;
+
+/// Plans. `*planned` is there after success and after HAPTIC_ERROR_NO_PLAN, _INPUT, _LIMIT and
+/// _INTERNAL, where its facts have a text that says why, and it has no bytes; after any other error
+/// it is null. HAPTIC_ERROR_INPUT: start or goal is beyond the scene's limits or not free, or both
+/// are one. Any thread. Cost: at most input->seconds, and for the default shorten_work about half a
+/// minute more; allocates.
+HAPTIC_API int haptic_plan(const void* scene, size_t scene_bytes, const haptic_plan_input* input,
+                           haptic_planned** planned);
+
+/// The plan as a file has it, for `scene_inspect --plan` and for [guide] of a scene file; it lives
+/// until haptic_planned_free. HAPTIC_ERROR_SIZE: there is none. Any thread; constant cost.
+HAPTIC_API int haptic_planned_bytes(const haptic_planned* planned, const void** bytes,
+                                    size_t* count);
+
+/// Its poses from start to goal, 7 numbers for each, of A in W; from each to the next the grip
+/// point moves straight, and the part turns, at constant speed. They live until
+/// haptic_planned_free. HAPTIC_ERROR_SIZE: there are none. Any thread; constant cost.
+HAPTIC_API int haptic_planned_poses(const haptic_planned* planned, const double** poses,
+                                    size_t* count);
+
+/// What the planning has come to.
+typedef struct haptic_plan_facts {
+  uint32_t struct_size;
+  uint32_t reserved;
+  uint64_t steps;     ///< each proved free
+  uint64_t stations;  ///< that a guide leads along
+  double length_m;    ///< a turn of 1 rad counts as the largest distance from the grip point
+  double least_m;     ///< least distance that the proof leaves; below 0: depth that counts as free
+  double search_s;    ///< that the search took
+  double nearest_m;  ///< HAPTIC_ERROR_NO_PLAN: how near poses came that were reached from both ends
+  char text[512];    ///< one line for people
+} haptic_plan_facts;
+#define HAPTIC_PLAN_FACTS_INIT                            \
+  {                                                       \
+    sizeof(haptic_plan_facts), 0, 0, 0, 0, 0, 0, 0, { 0 } \
+  }
+
+/// Any thread. Cost: one copy.
+HAPTIC_API int haptic_planned_facts(const haptic_planned* planned, haptic_plan_facts* facts);
+
+/// As haptic_compiled_free.
+HAPTIC_API int haptic_planned_free(haptic_planned** planned);
 
 // Session: a device, and the servo loop in a thread of the library.
 

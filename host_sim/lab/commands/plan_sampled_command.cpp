@@ -6,12 +6,12 @@
 
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/planning/sampled_plan.hpp"
-#include "host_sim/plan/inside_surface.hpp"
-#include "host_sim/plan/plan_making.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
+#include "tools/plan/search/inside_surface.hpp"
+#include "tools/plan/search/plan_making.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -27,12 +27,12 @@ int do_plan_sampled(const PlanSampledArguments& o) {
   const CoreSession session(bytes.span(), o.scene, GoalContact::kLeftOut);  // checks the scene
   const SceneView& view = session.view();
   tools::claim_output(o.out, "--out", {tools::FileFormat::kPlan, {}});
-  const SlidingPart part(view);
-  const PlanPose start = part.grip_pose(tools::pose_from_text(view, "--start", o.start));
-  const PlanPose goal = part.grip_pose(tools::pose_from_text(view, "--goal", o.goal));
-  StepProver prover(view, plan_tolerance_m(view));
+  const tools::SlidingPart part(view);
+  const tools::PlanPose start = part.grip_pose(tools::pose_from_text(view, "--start", o.start));
+  const tools::PlanPose goal = part.grip_pose(tools::pose_from_text(view, "--goal", o.goal));
+  tools::StepProver prover(view, tools::plan_tolerance_m(view));
   for (const auto& [pose, name] : {std::pair{&start, "--start"}, {&goal, "--goal"}}) {
-    if (!prover.is_free(*pose) || enclosing_body(view, *pose))
+    if (!prover.is_free(*pose) || tools::enclosing_body(view, *pose))
       throw tools::InputError(std::string(name) +
                               ": is not free, inside a closed surface, or outside "
                               "[motion_limits]; give another pose");
@@ -54,7 +54,7 @@ int do_plan_sampled(const PlanSampledArguments& o) {
         o.seconds);
     return tools::kExitCheckFailed;
   }
-  const tools::PlanProof proof = write_proved_plan(view, found->plan, o.out);
+  const tools::PlanProof proof = tools::write_proved_plan(view, found->plan, o.out);
   std::printf("%s: %zu steps, %zu stations, %.4g mm\n  %s, %.2f s; certified %llu of %llu steps\n",
               o.out.c_str(), found->plan.steps(), found->plan.stations.size(),
               1e3 * found->plan.stations.front().cost_to_go_m, found->planner.c_str(),

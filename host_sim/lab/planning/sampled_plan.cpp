@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "host_sim/plan/plan_making.hpp"
+#include "tools/plan/search/plan_making.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -16,9 +16,10 @@ constexpr double kAtGoal = 1.0e-6;
 constexpr const char* kSteered = "RRT steered by the felt part";
 
 /// The corners of a way whose straight parts are all proved.
-std::optional<CorneredMotion> proved(const std::vector<PlanPose>& way, StepProver& prover) {
-  CorneredMotion motion{{way.front()}};
-  for (const PlanPose& pose : way) {
+std::optional<tools::CorneredMotion> proved(const std::vector<tools::PlanPose>& way,
+                                            tools::StepProver& prover) {
+  tools::CorneredMotion motion{{way.front()}};
+  for (const tools::PlanPose& pose : way) {
     if (pose == motion.corners.back()) continue;
     if (!prover.prove(motion.corners.back(), pose, kWayHalvings)) return std::nullopt;
     motion.corners.push_back(pose);
@@ -28,8 +29,8 @@ std::optional<CorneredMotion> proved(const std::vector<PlanPose>& way, StepProve
 
 }  // namespace
 
-SamplingProblem sampling_problem(const SlidingPart& part, StepProver& prover, const PlanPose& start,
-                                 const PlanPose& goal) {
+SamplingProblem sampling_problem(const tools::SlidingPart& part, tools::StepProver& prover,
+                                 const tools::PlanPose& start, const tools::PlanPose& goal) {
   SamplingProblem problem;
   problem.start = start;
   problem.goal = goal;
@@ -39,25 +40,26 @@ SamplingProblem sampling_problem(const SlidingPart& part, StepProver& prover, co
     problem.low_m[k] = low - kRoom * part.radius_m();
     problem.high_m[k] = high + kRoom * part.radius_m();
   }
-  problem.is_free = [&prover](const PlanPose& pose) { return prover.is_free(pose); };
-  problem.is_way_free = [&prover](const PlanPose& from, const PlanPose& to) {
+  problem.is_free = [&prover](const tools::PlanPose& pose) { return prover.is_free(pose); };
+  problem.is_way_free = [&prover](const tools::PlanPose& from, const tools::PlanPose& to) {
     return prover.prove(from, to, kWayHalvings);
   };
   return problem;
 }
 
-std::optional<SampledPlan> sampled_plan(const SceneView& scene, const PlanPose& start,
-                                        const PlanPose& goal, double seconds, std::uint32_t seed,
+std::optional<SampledPlan> sampled_plan(const SceneView& scene, const tools::PlanPose& start,
+                                        const tools::PlanPose& goal, double seconds,
+                                        std::uint32_t seed,
                                         const std::function<void(const std::string&)>& tell) {
   if (sampling_planners().empty()) return std::nullopt;
-  SlidingPart part(scene);
-  StepProver prover(scene, plan_tolerance_m(scene));
+  tools::SlidingPart part(scene);
+  tools::StepProver prover(scene, tools::plan_tolerance_m(scene));
   const SamplingProblem problem = sampling_problem(part, prover, start, goal);
   // Out of the assembly few ways lead, and into it they must be met: slides go from the goal.
   SamplingProblem apart = problem;
   std::swap(apart.start, apart.goal);
-  const SlideTowards slide = [&](const PlanPose& from, const PlanPose& towards) {
-    std::vector<PlanPose> way;
+  const SlideTowards slide = [&](const tools::PlanPose& from, const tools::PlanPose& towards) {
+    std::vector<tools::PlanPose> way;
     part.place(from);
     static_cast<void>(part.push(towards, {}, way));
     return way;
@@ -71,13 +73,14 @@ std::optional<SampledPlan> sampled_plan(const SceneView& scene, const PlanPose& 
                          : run_sampling_planner(name, problem, seconds, seed);
     if (!found.solved) continue;
     if (name == kSteered) std::ranges::reverse(found.way);
-    const std::optional<CorneredMotion> motion = proved(found.way, prover);
+    const std::optional<tools::CorneredMotion> motion = proved(found.way, prover);
     if (!motion) continue;
-    ShorteningLimits shortening;
+    tools::ShorteningLimits shortening;
     shortening.seed = seed;
-    return SampledPlan{name, found.seconds,
-                       plan_from(scene, part, prover,
-                                 shortened(*motion, prover, part.radius_m(), shortening), seed)};
+    return SampledPlan{
+        name, found.seconds,
+        tools::plan_from(scene, part, prover,
+                         tools::shortened(*motion, prover, part.radius_m(), shortening), seed)};
   }
   return std::nullopt;
 }

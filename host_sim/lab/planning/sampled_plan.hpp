@@ -7,9 +7,9 @@
 #include <string>
 
 #include "host_sim/lab/planning/sampling_planners.hpp"
-#include "host_sim/plan/sliding_part.hpp"
-#include "host_sim/plan/step_prover.hpp"
 #include "tools/plan/plan.hpp"
+#include "tools/plan/search/sliding_part.hpp"
+#include "tools/plan/search/step_prover.hpp"
 
 namespace haptic::sim {
 
@@ -17,8 +17,10 @@ namespace haptic::sim {
 inline constexpr int kWayHalvings = 14;
 
 /// Start and goal with some room about them; the prover must outlive it.
-[[nodiscard]] SamplingProblem sampling_problem(const SlidingPart& part, StepProver& prover,
-                                               const PlanPose& start, const PlanPose& goal);
+[[nodiscard]] SamplingProblem sampling_problem(const tools::SlidingPart& part,
+                                               tools::StepProver& prover,
+                                               const tools::PlanPose& start,
+                                               const tools::PlanPose& goal);
 
 struct SampledPlan {
   std::string planner;
@@ -31,7 +33,7 @@ struct SampledPlan {
 /// those of any other. @param tell  which begins, if any. @return nothing: none found a way, or
 /// nothing of OMPL was built in.
 [[nodiscard]] std::optional<SampledPlan> sampled_plan(
-    const SceneView& scene, const PlanPose& start, const PlanPose& goal, double seconds,
-    std::uint32_t seed, const std::function<void(const std::string&)>& tell = {});
+    const SceneView& scene, const tools::PlanPose& start, const tools::PlanPose& goal,
+    double seconds, std::uint32_t seed, const std::function<void(const std::string&)>& tell = {});
 
 }  // namespace haptic::sim

@@ -27,9 +27,9 @@ PlannedScene::PlannedScene(const std::string& text, const std::string& name)
   REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
 }
 
-MadePlan plan_to(const SceneView& view, const std::string& goal, std::uint64_t seed, double seconds,
-                 const std::string& start) {
-  return make_plan_between(view, start, goal, seed, seconds);
+tools::MadePlan plan_to(const SceneView& view, const std::string& goal, std::uint64_t seed,
+                        double seconds, const std::string& start) {
+  return tools::make_plan_between(view, start, goal, seed, seconds);
 }
 
 }  // namespace haptic::sim::test

@@ -4,10 +4,10 @@
 
 #include <string>
 
-#include "host_sim/plan/plan_making.hpp"
 #include "rt_core/scene/scene_view.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/plan/plan.hpp"
+#include "tools/plan/search/plan_making.hpp"
 
 namespace haptic::sim::test {
 
@@ -24,8 +24,8 @@ struct PlannedScene {
 };
 
 /// Plans from the scene's start to a pose of the mesh frame, as written for --goal.
-[[nodiscard]] MadePlan plan_to(const SceneView& view, const std::string& goal,
-                               std::uint64_t seed = 1, double seconds = 60,
-                               const std::string& start = "start");
+[[nodiscard]] tools::MadePlan plan_to(const SceneView& view, const std::string& goal,
+                                      std::uint64_t seed = 1, double seconds = 60,
+                                      const std::string& start = "start");
 
 }  // namespace haptic::sim::test

@@ -9,8 +9,6 @@
 #include <string>
 
 #include "host_sim/device/loop_run.hpp"
-#include "host_sim/plan/plan_shortening.hpp"
-#include "host_sim/plan/translation_plan.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/guide_legs.hpp"
 #include "host_sim/view/mcap_file.hpp"
@@ -20,9 +18,12 @@
 #include "tools/c_space/pose_text.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/plan/plan_check.hpp"
+#include "tools/plan/search/plan_shortening.hpp"
+#include "tools/plan/search/translation_plan.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;
+using namespace haptic::tools;
 using namespace haptic::sim::test;
 
 namespace {

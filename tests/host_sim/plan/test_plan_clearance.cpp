@@ -5,24 +5,24 @@
 #include <cmath>
 #include <numbers>
 
-#include "host_sim/plan/plan_clearance.hpp"
-#include "host_sim/plan/pose_algebra.hpp"
-#include "host_sim/plan/puzzles.hpp"
+#include "host_sim/lab/planning/puzzles.hpp"
+#include "host_sim/oracle/plan_clearance.hpp"
 #include "tests/host_sim/plan/plan_bench.hpp"
+#include "tools/plan/search/pose_algebra.hpp"
 
 namespace haptic::sim {
 namespace {
 
 /// A plan without planes: clearance_of looks at its poses alone.
-tools::Plan bare_plan(std::initializer_list<PlanPose> poses) {
+tools::Plan bare_plan(std::initializer_list<tools::PlanPose> poses) {
   tools::Plan plan;
   plan.length_m = 0.03;
   plan.poses = poses;
   return plan;
 }
 
-PlanPose upright(double x_m, double z_m, double turn_rad = 0) {
-  return plan_pose({x_m, 0, z_m}, exp_of({0, 0, turn_rad}));
+tools::PlanPose upright(double x_m, double z_m, double turn_rad = 0) {
+  return tools::plan_pose({x_m, 0, z_m}, tools::exp_of({0, 0, turn_rad}));
 }
 
 TEST_SUITE("host_sim.plan_clearance") {

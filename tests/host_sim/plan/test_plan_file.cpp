@@ -17,7 +17,7 @@ namespace {
 
 struct WrittenPlan {
   PlannedScene scene{"square_peg_five"};
-  haptic::sim::MadePlan found = plan_to(scene.view, kPegGoal);
+  haptic::tools::MadePlan found = plan_to(scene.view, kPegGoal);
   std::string text = tools::plan_as_text(found.plan);
 };
 

@@ -12,16 +12,17 @@
 #include <utility>
 #include <vector>
 
+#include "host_sim/lab/planning/puzzles.hpp"
 #include "host_sim/lab/planning/sampled_plan.hpp"
-#include "host_sim/plan/inside_surface.hpp"
-#include "host_sim/plan/puzzles.hpp"
 #include "tests/host_sim/plan/plan_bench.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/plan/plan_check.hpp"
 #include "tools/plan/plan_limits.hpp"
+#include "tools/plan/search/inside_surface.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;
+using namespace haptic::tools;
 using namespace haptic::sim::test;
 
 namespace {

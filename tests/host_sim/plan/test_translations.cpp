@@ -7,16 +7,17 @@
 #include <set>
 #include <string>
 
-#include "host_sim/plan/harmonic_field.hpp"
-#include "host_sim/plan/puzzles.hpp"
-#include "host_sim/plan/translation_plan.hpp"
+#include "host_sim/lab/planning/puzzles.hpp"
 #include "tests/host_sim/plan/plan_bench.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/split_mix.hpp"
 #include "tools/plan/plan_check.hpp"
+#include "tools/plan/search/harmonic_field.hpp"
+#include "tools/plan/search/translation_plan.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;
+using namespace haptic::tools;
 using namespace haptic::sim::test;
 
 namespace {

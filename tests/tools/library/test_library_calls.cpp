@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -176,6 +177,51 @@ TEST_SUITE("tools.library") {
     CHECK(info.start_pose[2] == 0.035);
   }
 
+  TEST_CASE("plan: round the plate to its underside; the same input gives the same bytes") {
+    haptic_plan_input input = HAPTIC_PLAN_INPUT_INIT;
+    input.goal_pose[2] = -0.035;
+    input.shorten_work = 1'000'000;
+    std::string first;
+    for (int run = 0; run < 2; ++run) {
+      haptic_planned* planned = nullptr;
+      REQUIRE(haptic_plan(block_scene().data(), block_scene().size(), &input, &planned) ==
+              HAPTIC_OK);
+      const void* bytes = nullptr;
+      const double* poses = nullptr;
+      std::size_t count = 0;
+      haptic_plan_facts facts = HAPTIC_PLAN_FACTS_INIT;
+      REQUIRE(haptic_planned_bytes(planned, &bytes, &count) == HAPTIC_OK);
+      const std::string file(static_cast<const char*>(bytes), count);
+      CHECK(file.starts_with("haptic-plan "));
+      if (run == 0) first = file;
+      CHECK(file == first);
+      REQUIRE(haptic_planned_facts(planned, &facts) == HAPTIC_OK);
+      REQUIRE(haptic_planned_poses(planned, &poses, &count) == HAPTIC_OK);
+      CHECK(count == facts.steps + 1);
+      CHECK(poses[2] == doctest::Approx(0.035));
+      CHECK(poses[7 * (count - 1) + 2] == doctest::Approx(-0.035));
+      // Past an edge of the plate, so farther than straight through it.
+      double widest = 0;
+      for (std::size_t k = 0; k < count; ++k)
+        widest = std::max({widest, std::abs(poses[7 * k]), std::abs(poses[7 * k + 1])});
+      CHECK(widest > 0.05);
+      CHECK(facts.length_m > 0.14);
+      CHECK(haptic_planned_free(&planned) == HAPTIC_OK);
+    }
+  }
+  TEST_CASE("plan: without time there is none, and the text says what helps") {
+    haptic_plan_input input = HAPTIC_PLAN_INPUT_INIT;
+    input.goal_pose[2] = -0.035;
+    input.seconds = 0.001;
+    haptic_planned* planned = nullptr;
+    REQUIRE(haptic_plan(block_scene().data(), block_scene().size(), &input, &planned) ==
+            HAPTIC_ERROR_NO_PLAN);
+    haptic_plan_facts facts = HAPTIC_PLAN_FACTS_INIT;
+    REQUIRE(haptic_planned_facts(planned, &facts) == HAPTIC_OK);
+    CHECK(std::string(facts.text).find("give more seconds or another goal") != std::string::npos);
+    CHECK(facts.nearest_m > 0);
+    CHECK(haptic_planned_free(&planned) == HAPTIC_OK);
+  }
   TEST_CASE("session: the hand presses the block onto the plate; a stop takes the force away") {
     SessionBench bench;
     const haptic_state ready = bench.wait_for([](const haptic_state& s) { return s.arming == 2; });

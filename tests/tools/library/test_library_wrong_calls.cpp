@@ -44,6 +44,68 @@ std::vector<T> of_unknown_sizes(const T& structure) {
   return all;
 }
 
+void plan_wrong(Answers& answers) {
+  const std::span<const std::byte> scene = block_scene();
+  haptic_planned* planned = nullptr;
+  haptic_plan_input good = HAPTIC_PLAN_INPUT_INIT;
+  good.goal_pose[2] = 0.1;
+  const auto answer = [&](const haptic_plan_input& input, int expected) {
+    answers.take(haptic_plan(scene.data(), scene.size(), &input, &planned), expected);
+    CHECK(planned == nullptr);
+  };
+  answers.take(haptic_plan(nullptr, 0, &good, &planned), HAPTIC_ERROR_NULL);
+  answers.take(haptic_plan(scene.data(), scene.size(), nullptr, &planned), HAPTIC_ERROR_NULL);
+  answers.take(haptic_plan(scene.data(), scene.size(), &good, nullptr), HAPTIC_ERROR_NULL);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{1}, scene.size() - 1})
+    answers.take(haptic_plan(scene.data(), size, &good, &planned), HAPTIC_ERROR_SCENE);
+  for (const haptic_plan_input& input : of_unknown_sizes(good)) answer(input, HAPTIC_ERROR_VERSION);
+  for (const double bad : kBadNumbers) {
+    haptic_plan_input input = good;
+    input.seconds = bad;
+    answer(input, HAPTIC_ERROR_NUMBER);
+    if (bad == -1.0) continue;  // a place
+    input = good;
+    input.goal_pose[0] = bad;
+    answer(input, HAPTIC_ERROR_POSE);
+    input = good;
+    input.start_pose[0] = bad;
+    input.has_start = 1;
+    answer(input, HAPTIC_ERROR_POSE);
+  }
+  good.goal_pose[6] = 0.5;
+  answer(good, HAPTIC_ERROR_POSE);
+
+  // A goal that is not free: facts and their text, no bytes.
+  good.goal_pose[6] = 1;
+  good.goal_pose[2] = 0;
+  answers.take(haptic_plan(scene.data(), scene.size(), &good, &planned), HAPTIC_ERROR_INPUT);
+  const void* bytes = nullptr;
+  const double* poses = nullptr;
+  std::size_t count = 0;
+  haptic_plan_facts facts = HAPTIC_PLAN_FACTS_INIT;
+  answers.take(haptic_planned_bytes(planned, &bytes, &count), HAPTIC_ERROR_SIZE);
+  answers.take(haptic_planned_poses(planned, &poses, &count), HAPTIC_ERROR_SIZE);
+  answers.take(haptic_planned_bytes(planned, nullptr, &count), HAPTIC_ERROR_NULL);
+  answers.take(haptic_planned_poses(planned, &poses, nullptr), HAPTIC_ERROR_NULL);
+  answers.take(haptic_planned_facts(planned, nullptr), HAPTIC_ERROR_NULL);
+  for (haptic_plan_facts& unknown : of_unknown_sizes(facts))
+    answers.take(haptic_planned_facts(planned, &unknown), HAPTIC_ERROR_VERSION);
+  CHECK(haptic_planned_facts(planned, &facts) == HAPTIC_OK);
+  CHECK(std::string(facts.text).starts_with("goal: the part is not free there: pieces "));
+  CHECK(haptic_planned_free(&planned) == HAPTIC_OK);
+  CHECK(haptic_planned_free(&planned) == HAPTIC_OK);
+  answers.take(haptic_planned_free(nullptr), HAPTIC_ERROR_NULL);
+  answers.take(haptic_planned_bytes(nullptr, &bytes, &count), HAPTIC_ERROR_NULL);
+  answers.take(haptic_planned_facts(nullptr, &facts), HAPTIC_ERROR_NULL);
+  std::vector<std::uint64_t> no_handle(64);
+  auto* const wrong = reinterpret_cast<haptic_planned*>(no_handle.data());
+  answers.take(haptic_planned_bytes(wrong, &bytes, &count), HAPTIC_ERROR_HANDLE);
+  answers.take(haptic_planned_poses(wrong, &poses, &count), HAPTIC_ERROR_HANDLE);
+  answers.take(haptic_planned_facts(wrong, &facts), HAPTIC_ERROR_HANDLE);
+  haptic_planned* handle = wrong;
+  answers.take(haptic_planned_free(&handle), HAPTIC_ERROR_HANDLE);
+}
+
 void compile_wrong(Answers& answers) {
   const auto answer = [&](const std::function<void(BlockOnPlate&)>& spoil, int expected) {
     BlockOnPlate scene;
@@ -341,6 +403,7 @@ TEST_SUITE("tools.library_wrong_calls") {
   TEST_CASE("a thousand wrong calls are answered with an error number") {
     Answers answers;
     compile_wrong(answers);
+    plan_wrong(answers);
     messages_wrong(answers);
     scenes_wrong(answers);
     cores_wrong(answers);

@@ -89,6 +89,40 @@ class Compile(unittest.TestCase):
         self.assertEqual(caught.exception.name, "HAPTIC_ERROR_SCENE")
 
 
+class Plans(unittest.TestCase):
+    @staticmethod
+    def peg():
+        return haptic.compile(SCENES / "square_peg_five" / "scene.toml")
+
+    def test_a_plan_into_the_hole_is_proved_again_and_can_be_played(self):
+        scene = self.peg()
+        made = haptic.plan(scene, (0, 0, -0.039), seconds=60, shorten_work=100_000_000)
+        self.assertTrue(made.bytes.startswith(b"haptic-plan "))
+        self.assertEqual(str(made), made.text)
+        self.assertGreater(made.stations, 1)
+        np.testing.assert_allclose(made.poses[0], scene.start, atol=1e-12)
+        np.testing.assert_allclose(made.poses[-1], (0, 0, -0.039, 0, 0, 0, 1), atol=1e-12)
+        felt = scene.replay(made.poses, np.arange(len(made.poses)) * 0.05).felt_poses
+        np.testing.assert_allclose(felt[-1, :3], (0, 0, -0.039), atol=1e-6)
+        with tempfile.TemporaryDirectory() as work:
+            path = pathlib.Path(work)
+            scene.save(path / "s.rtscene")
+            made.save(path / "p.plan")
+            inspect = pathlib.Path(os.environ["HAPTIC_HOST_SIM"]).with_name("scene_inspect")
+            command = [inspect, path / "s.rtscene", "--plan", path / "p.plan"]
+            said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        self.assertIn(f"{len(made.poses) - 1}", said)
+
+    def test_no_plan_says_why(self):
+        with self.assertRaisesRegex(haptic.PlanError, "goal: the part is not free there") as caught:
+            haptic.plan(block_scene(), (0, 0, 0))
+        self.assertEqual(caught.exception.name, "HAPTIC_ERROR_INPUT")
+        with self.assertRaisesRegex(haptic.PlanError, "no plan was found in .* more seconds") as caught:
+            haptic.plan(block_scene(), (0, 0, -0.035), seconds=0.001)
+        self.assertEqual(caught.exception.name, "HAPTIC_ERROR_NO_PLAN")
+        self.assertGreater(caught.exception.nearest, 0)
+
+
 class Replays(unittest.TestCase):
     def test_a_replay_gives_the_bits_of_host_sim(self):
         program = os.environ["HAPTIC_HOST_SIM"]

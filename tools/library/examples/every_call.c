@@ -97,6 +97,34 @@ static void compile_nothing(void) {
   REQUIRE(haptic_compiled_free(&compiled));
 }
 
+// A way of the block round a corner of the plate to its underside.
+static void plan(const void* scene, size_t scene_bytes) {
+  haptic_plan_input input = HAPTIC_PLAN_INPUT_INIT;
+  haptic_plan_facts facts = HAPTIC_PLAN_FACTS_INIT;
+  haptic_planned* planned = NULL;
+  const void* bytes = NULL;
+  const double* poses = NULL;
+  size_t count = 0;
+  input.goal_pose[2] = -0.035;
+  input.shorten_work = 1000000;
+  REQUIRE(haptic_plan(scene, scene_bytes, &input, &planned));
+  REQUIRE(haptic_planned_facts(planned, &facts));
+  printf("plan: %s\n", facts.text);
+  REQUIRE(haptic_planned_bytes(planned, &bytes, &count));
+  EXPECT(strncmp((const char*)bytes, "haptic-plan ", 12) == 0);
+  REQUIRE(haptic_planned_poses(planned, &poses, &count));
+  EXPECT(count == facts.steps + 1);
+  EXPECT(fabs(poses[2] - 0.035) < 1e-9 && fabs(poses[7 * (count - 1) + 2] + 0.035) < 1e-9);
+  REQUIRE(haptic_planned_free(&planned));
+
+  input.goal_pose[2] = 0;  // within the plate
+  EXPECT(haptic_plan(scene, scene_bytes, &input, &planned) == HAPTIC_ERROR_INPUT);
+  EXPECT(haptic_planned_bytes(planned, &bytes, &count) == HAPTIC_ERROR_SIZE);
+  REQUIRE(haptic_planned_facts(planned, &facts));
+  printf("no plan: %s\n", facts.text);
+  REQUIRE(haptic_planned_free(&planned));
+}
+
 static void run_core(const void* scene, size_t scene_bytes) {
   haptic_scene_info info = HAPTIC_SCENE_INFO_INIT;
   haptic_step_input input = HAPTIC_STEP_INPUT_INIT;
@@ -218,6 +246,7 @@ int main(void) {
   printf("haptic %s\n", haptic_version());
   explain(compiled);
   REQUIRE(haptic_compiled_bytes(compiled, &scene, &scene_bytes));
+  plan(scene, scene_bytes);
   run_core(scene, scene_bytes);
   run_session(scene, scene_bytes);
   REQUIRE(haptic_compiled_free(&compiled));

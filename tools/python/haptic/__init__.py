@@ -17,6 +17,7 @@ by the system's loader.
 """
 
 from ._library import HapticError, Message, version
+from .planning import Plan, PlanError, plan
 from .scene import CompileError, Core, Part, Replay, Scene, StepResult, Verdict, compile
 from .session import FAULT_FRAME, Hand, Session, State
 
@@ -29,6 +30,8 @@ __all__ = [
     "HapticError",
     "Message",
     "Part",
+    "Plan",
+    "PlanError",
     "Replay",
     "Scene",
     "Session",
@@ -36,5 +39,6 @@ __all__ = [
     "StepResult",
     "Verdict",
     "compile",
+    "plan",
     "version",
 ]

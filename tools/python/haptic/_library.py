@@ -158,6 +158,32 @@ class MessageOutput(_Sized):
     ]
 
 
+class PlanInput(_Sized):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("has_start", c_uint32),
+        ("start_pose", c_double * 7),
+        ("goal_pose", c_double * 7),
+        ("seconds", c_double),
+        ("seed", c_uint64),
+        ("shorten_work", c_uint64),
+    ]
+
+
+class PlanFacts(_Sized):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("steps", c_uint64),
+        ("stations", c_uint64),
+        ("length_m", c_double),
+        ("least_m", c_double),
+        ("search_s", c_double),
+        ("nearest_m", c_double),
+        ("text", c_char * 512),
+    ]
+
+
 class SessionOptions(_Sized):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -246,6 +272,11 @@ _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_compiled_message_count": (c_int, [_HANDLE, POINTER(c_size_t)]),
     "haptic_compiled_message": (c_int, [_HANDLE, c_size_t, POINTER(MessageOutput)]),
     "haptic_compiled_free": (c_int, [_OUT]),
+    "haptic_plan": (c_int, [c_void_p, c_size_t, POINTER(PlanInput), _OUT]),
+    "haptic_planned_bytes": (c_int, [_HANDLE, _OUT, POINTER(c_size_t)]),
+    "haptic_planned_poses": (c_int, [_HANDLE, _OUT, POINTER(c_size_t)]),
+    "haptic_planned_facts": (c_int, [_HANDLE, POINTER(PlanFacts)]),
+    "haptic_planned_free": (c_int, [_OUT]),
     "haptic_session_open": (c_int, [c_void_p, c_size_t, POINTER(SessionOptions), _OUT]),
     "haptic_session_state": (c_int, [_HANDLE, POINTER(StateOutput)]),
     "haptic_session_gains": (c_int, [_HANDLE, POINTER(GainsOutput)]),

@@ -7,12 +7,12 @@
 
 #include "host_sim/lab/planning/guided_scene.hpp"
 #include "host_sim/lab/planning/processor_time.hpp"
-#include "host_sim/plan/plan_making.hpp"
-#include "host_sim/plan/puzzles.hpp"
+#include "host_sim/lab/planning/puzzles.hpp"
 #include "host_sim/report/kept_rows.hpp"
 #include "host_sim/report/shard_run.hpp"
 #include "tools/common/changed_scene.hpp"
 #include "tools/common/error.hpp"
+#include "tools/plan/search/plan_making.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -38,7 +38,7 @@ TrialScenes make_scenes(const GuideLimitsOptions& options) {
   TrialScenes scenes{compiled_scene(file), {}};
   const SceneView view = opened_scene(scenes.plain);
   for (const bool at_goal : {true, false}) {
-    const MadePlan made = make_plan_between(
+    const tools::MadePlan made = tools::make_plan_between(
         view, "start", at_goal ? "0,0,10mm,1,0,0,0" : puzzle.goal, 1, kLimitsPlanning_s);
     if (!made.search.found) throw tools::InputError("the peg of the trials was not planned");
     tools::SceneBytes guided = guided_scene(file, made.plan);

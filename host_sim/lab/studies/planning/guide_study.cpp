@@ -6,14 +6,14 @@
 
 #include "host_sim/device/loop_run.hpp"
 #include "host_sim/lab/planning/guided_scene.hpp"
-#include "host_sim/plan/harmonic_field.hpp"
-#include "host_sim/plan/plan_making.hpp"
-#include "host_sim/plan/puzzles.hpp"
-#include "host_sim/plan/translation_plan.hpp"
+#include "host_sim/lab/planning/puzzles.hpp"
 #include "host_sim/report/quantile.hpp"
 #include "host_sim/report/shard_run.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/error.hpp"
+#include "tools/plan/search/harmonic_field.hpp"
+#include "tools/plan/search/plan_making.hpp"
+#include "tools/plan/search/translation_plan.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -47,28 +47,32 @@ tools::SceneBytes with_hole_aside(const tools::SceneBytes& scene) {
 
 tools::Plan plan_of(const SceneView& view, const std::string& start, const std::string& goal,
                     std::uint64_t seed) {
-  MadePlan made = make_plan_between(view, start, goal, seed, kPlanning_s);
+  tools::MadePlan made = tools::make_plan_between(view, start, goal, seed, kPlanning_s);
   if (!made.search.found) throw tools::InputError("the study's task was not planned");
   return made.plan;
 }
 
 /// Down a harmonic function, by translations alone.
 tools::Plan harmonic_plan_of(const SceneView& view, const std::string& goal, std::uint64_t seed) {
-  SlidingPart part(view);
-  StepProver prover(view, plan_tolerance_m(view));
+  tools::SlidingPart part(view);
+  tools::StepProver prover(view, tools::plan_tolerance_m(view));
   const Pose start_wa = tools::pose_from_text(view, "start", kUprightStart);
-  const TranslationResult found = plan_translation(
+  const tools::TranslationResult found = tools::plan_translation(
       view, prover, start_wa, part.grip_pose(start_wa),
-      part.grip_pose(tools::pose_from_text(view, "goal", goal)), plan_tolerance_m(view));
-  if (found.verdict != TranslationVerdict::kFound)
+      part.grip_pose(tools::pose_from_text(view, "goal", goal)), tools::plan_tolerance_m(view));
+  if (found.verdict != tools::TranslationVerdict::kFound)
     throw tools::InputError("the study's task was not planned by translations: " + found.why);
-  ShorteningLimits shortening;
+  tools::ShorteningLimits shortening;
   shortening.seed = seed;
-  const CorneredMotion shortest = shortened(found.motion, prover, part.radius_m(), shortening);
-  return plan_from(view, part, prover, descend_about(found.space, shortest).motion, seed);
+  const tools::CorneredMotion shortest =
+      tools::shortened(found.motion, prover, part.radius_m(), shortening);
+  return tools::plan_from(view, part, prover, tools::descend_about(found.space, shortest).motion,
+                          seed);
 }
 
-HandTarget target_of(const PlanPose& pose) { return {place_of(pose), turn_of(pose)}; }
+HandTarget target_of(const tools::PlanPose& pose) {
+  return {tools::place_of(pose), tools::turn_of(pose)};
+}
 
 /// Work of the hand's springs and dampers over one period, by the mean of their forces at its ends.
 double hand_work_j(const HandModel& hand, const HandStroke& stroke, double period_s,
@@ -96,7 +100,7 @@ GuideStudyBench guide_study_bench(const GuideStudyOptions& options) {
   const tools::SceneFile file = scene_file(puzzle);
   tools::SceneBytes plain = compiled_scene(file);
   const SceneView view = opened_scene(plain);
-  const SlidingPart part(view);
+  const tools::SlidingPart part(view);
   bench.task.start = target_of(part.grip_pose(tools::pose_from_text(view, "start", "start")));
   bench.task.goal = target_of(part.grip_pose(tools::pose_from_text(view, "goal", puzzle.goal)));
   bench.task.depth_m = kPegPuzzleDepth_m;

@@ -10,7 +10,6 @@
 
 #include "host_sim/lab/planning/processor_time.hpp"
 #include "host_sim/lab/planning/sampled_plan.hpp"
-#include "host_sim/plan/plan_making.hpp"
 #include "host_sim/report/kept_rows.hpp"
 #include "host_sim/report/quantile.hpp"
 #include "host_sim/session/child_run.hpp"
@@ -20,6 +19,7 @@
 #include "tools/common/files.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/plan/plan_check.hpp"
+#include "tools/plan/search/plan_making.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -51,9 +51,9 @@ class Bench {
     const CoreSession session(bytes_.span(), puzzle.name, GoalContact::kLeftOut);  // checks it
     static_cast<void>(SceneView::open(bytes_.span(), view_));
     check_ = std::make_unique<tools::PlanCheck>(view_);
-    tolerance_m_ = plan_tolerance_m(view_);
-    const SlidingPart part(view_);
-    StepProver prover(view_, tolerance_m_);
+    tolerance_m_ = tools::plan_tolerance_m(view_);
+    const tools::SlidingPart part(view_);
+    tools::StepProver prover(view_, tolerance_m_);
     if (!prover.is_free(start(part)))
       throw tools::InputError(puzzle.name + ": the start is not free; give the scene another");
     if (!prover.is_free(goal(part)))
@@ -61,15 +61,15 @@ class Bench {
   }
 
   [[nodiscard]] Run ours(const PlanningOptions& o, std::uint64_t seed) const {
-    SlidingPart part(view_);
-    StepProver prover(view_, tolerance_m_);
-    SearchLimits limits;
+    tools::SlidingPart part(view_);
+    tools::StepProver prover(view_, tolerance_m_);
+    tools::SearchLimits limits;
     limits.seconds = o.seconds;
     limits.seed = seed;
     limits.clock_s = thread_processor_s;
     const double began_s = thread_processor_s();
-    const SearchResult result = search_plan(view_, part, prover, start(part), goal(part), limits,
-                                            [](const SearchState&) {});
+    const tools::SearchResult result = tools::search_plan(
+        view_, part, prover, start(part), goal(part), limits, [](const tools::SearchState&) {});
     Run run{result.found, thread_processor_s() - began_s};
     if (result.found) judge(result.motion.corners, prover, part.radius_m(), run);
     return run;
@@ -77,8 +77,8 @@ class Bench {
 
   [[nodiscard]] Run sampling(const std::string& name, const PlanningOptions& o,
                              std::uint64_t seed) const {
-    const SlidingPart part(view_);
-    StepProver prover(view_, tolerance_m_);
+    const tools::SlidingPart part(view_);
+    tools::StepProver prover(view_, tolerance_m_);
     const SamplingResult result =
         run_sampling_planner(name, sampling_problem(part, prover, start(part), goal(part)),
                              o.seconds, static_cast<std::uint32_t>(seed));
@@ -89,19 +89,20 @@ class Bench {
   }
 
  private:
-  [[nodiscard]] PlanPose start(const SlidingPart& part) const {
+  [[nodiscard]] tools::PlanPose start(const tools::SlidingPart& part) const {
     return part.grip_pose(tools::pose_from_text(view_, "start", "start"));
   }
-  [[nodiscard]] PlanPose goal(const SlidingPart& part) const {
+  [[nodiscard]] tools::PlanPose goal(const tools::SlidingPart& part) const {
     return part.grip_pose(tools::pose_from_text(view_, "goal", puzzle_.goal));
   }
   /// Every straight way again, and each of its steps in long double.
-  void judge(const std::vector<PlanPose>& way, StepProver& prover, double turn_m, Run& run) const {
+  void judge(const std::vector<tools::PlanPose>& way, tools::StepProver& prover, double turn_m,
+             Run& run) const {
     for (std::size_t k = 1; k < way.size() && run.found; ++k) {
-      ProvedMotion motion;
-      run.found = prover.prove(way[k - 1], way[k], kWayHalvings, ProofSearch::kAny, motion);
+      tools::ProvedMotion motion;
+      run.found = prover.prove(way[k - 1], way[k], kWayHalvings, tools::ProofSearch::kAny, motion);
       run.length_mm += 1e3 * tools::step_length_m(way[k - 1], way[k], turn_m);
-      PlanPose at = way[k - 1];
+      tools::PlanPose at = way[k - 1];
       for (std::size_t j = 0; j < motion.poses.size(); ++j) {
         run.certified += check_->step(at, motion.poses[j], motion.steps[j], tolerance_m_).holds;
         at = motion.poses[j];

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/plan/puzzles.hpp"
+#include "host_sim/lab/planning/puzzles.hpp"
 #include "host_sim/report/part_report.hpp"
 
 namespace haptic::sim {

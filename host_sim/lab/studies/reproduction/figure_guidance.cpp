@@ -7,11 +7,11 @@
 
 #include "host_sim/lab/studies/reproduction/drawing.hpp"
 #include "host_sim/lab/studies/reproduction/figures.hpp"
-#include "host_sim/plan/harmonic_field.hpp"
-#include "host_sim/plan/plan_shortening.hpp"
-#include "host_sim/plan/translation_plan.hpp"
 #include "host_sim/session/core_session.hpp"
 #include "tools/plan/guide_tables.hpp"
+#include "tools/plan/search/harmonic_field.hpp"
+#include "tools/plan/search/plan_shortening.hpp"
+#include "tools/plan/search/translation_plan.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -50,18 +50,18 @@ struct Guide {
 struct Study {
   tools::SceneBytes plain;
   SceneView view;
-  CorneredMotion exact, down;
-  HarmonicField field;
+  tools::CorneredMotion exact, down;
+  tools::HarmonicField field;
   std::array<Guide, 2> guides;
 };
 
-Guide guide_of(const std::string& name, const Study& study, const CorneredMotion& motion,
-               StepProver& prover, double tolerance_m) {
+Guide guide_of(const std::string& name, const Study& study, const tools::CorneredMotion& motion,
+               tools::StepProver& prover, double tolerance_m) {
   Guide guide;
   guide.name = name;
   const double turn_m = static_cast<double>(study.view.pieces()[0].reach_m);
-  guide.plan = make_plan(motion, prover, tools::PlanCheck(study.view),
-                         {"peg", 1, tolerance_m, kContact_m, turn_m});
+  guide.plan = tools::make_plan(motion, prover, tools::PlanCheck(study.view),
+                                {"peg", 1, tolerance_m, kContact_m, turn_m});
   guide.proof = tools::prove_plan(study.view, guide.plan, "the plan");
   const tools::GuideTables tables = tools::guide_tables(study.view, guide.plan);
   guide.scene = tools::SceneBytes(scene_with(square_peg(), five_piece_hole(kPictureHoleHalf_m),
@@ -96,16 +96,16 @@ Study make_study() {
   if (SceneView::open(study.plain.span(), study.view) != RtStatus::kOk)
     throw std::runtime_error("the scene of the peg does not open");
   const double tolerance_m = 0.995 * tools::most_tolerance_m(study.view);
-  StepProver prover(study.view, tolerance_m);
-  const PlanPose start = plan_pose(kFrom, Quatd::Identity());
-  const PlanPose goal = plan_pose(kGoal, Quatd::Identity());
-  const TranslationResult found = plan_translation(
+  tools::StepProver prover(study.view, tolerance_m);
+  const tools::PlanPose start = tools::plan_pose(kFrom, tools::Quatd::Identity());
+  const tools::PlanPose goal = tools::plan_pose(kGoal, tools::Quatd::Identity());
+  const tools::TranslationResult found = tools::plan_translation(
       study.view, prover, pose_at(kFrom, Rotation::Identity()), start, goal, tolerance_m);
-  if (found.verdict != TranslationVerdict::kFound)
+  if (found.verdict != tools::TranslationVerdict::kFound)
     throw std::runtime_error("no translation leads into the hole: " + found.why);
   const double turn_m = static_cast<double>(study.view.pieces()[0].reach_m);
-  study.exact = shortened(found.motion, prover, turn_m, {});
-  HarmonicDescent down = descend_about(found.space, study.exact);
+  study.exact = tools::shortened(found.motion, prover, turn_m, {});
+  tools::HarmonicDescent down = tools::descend_about(found.space, study.exact);
   study.field = std::move(down.field);
   study.down = std::move(down.motion);
   study.guides[0] = guide_of("shortest of the C-faces", study, study.exact, prover, tolerance_m);
@@ -129,10 +129,10 @@ Instant make_instant(const Study& study, const Guide& guide) {
   CoreSession led(guide.scene.span(), "the guided peg", GoalContact::kLeftOut);
   CoreSession plain(study.plain.span(), "the peg", GoalContact::kLeftOut);
   std::vector<Vector> motion;
-  const std::vector<PlanPose>& corners = study.down.corners;
+  const std::vector<tools::PlanPose>& corners = study.down.corners;
   constexpr double kStep_m = 1.0e-4;
   for (std::size_t k = 1; k < corners.size(); ++k) {
-    const Vector from = place_of(corners[k - 1]), to = place_of(corners[k]);
+    const Vector from = tools::place_of(corners[k - 1]), to = tools::place_of(corners[k]);
     const double parts = std::max(1.0, std::ceil((to - from).norm() / kStep_m));
     for (double part = 0; part < parts; ++part) {
       motion.emplace_back(from + part / parts * (to - from));
@@ -167,11 +167,11 @@ Instant make_instant(const Study& study, const Guide& guide) {
 }
 
 /// What of a cell lies in the plane y = `at`.
-std::vector<Vector> slice_of(const ConvexCell& cell, double at) {
-  const CutCell halves = cut(cell, Vector::UnitY(), at);
+std::vector<Vector> slice_of(const tools::ConvexCell& cell, double at) {
+  const tools::CutCell halves = tools::cut(cell, Vector::UnitY(), at);
   if (halves.below.sides.empty() || halves.above.sides.empty()) return {};
-  for (const CellSide& side : halves.below.sides) {
-    if (side.normal.y() > 0.999 && std::abs(side.offset_m - at) < kCellRounding_m)
+  for (const tools::CellSide& side : halves.below.sides) {
+    if (side.normal.y() > 0.999 && std::abs(side.offset_m - at) < tools::kCellRounding_m)
       return side.corners;
   }
   return {};
@@ -251,7 +251,7 @@ void draw_c_space(SvgPage& page, const Study& study, const Instant& now) {
   page.begin_group("c-space");
   page.text(790, 190, "C-space of the translations, cut open at y = 0", "middle", 15,
             "font-weight=\"bold\"");
-  const HarmonicField& field = study.field;
+  const tools::HarmonicField& field = study.field;
   // Towards +y; not in a plane between cells.
   const Camera camera(-Vector::UnitY(), Vector::UnitZ(), {0, 0, 0.023}, {790, 440}, 5200);
   const double at = 0.25 * field.pitch_m;
@@ -266,8 +266,9 @@ void draw_c_space(SvgPage& page, const Study& study, const Instant& now) {
   for (std::uint32_t pair = 0; pair < study.view.pair_count(); ++pair) {
     const CObstacle obstacle =
         make_c_obstacle(study.view, pair, pose_at(kFrom, Rotation::Identity()));
-    ConvexCell solid = box_cell(Vector::Constant(-1), Vector::Constant(1));
-    for (const CFace& face : obstacle.faces) solid = cut(solid, face.normal, face.offset_m).below;
+    tools::ConvexCell solid = tools::box_cell(Vector::Constant(-1), Vector::Constant(1));
+    for (const CFace& face : obstacle.faces)
+      solid = tools::cut(solid, face.normal, face.offset_m).below;
     const std::vector<Vector> slice = slice_of(solid, at);
     if (slice.size() >= 3) page.polygon(drawn(slice), "#b9bdb0", 1, "#8a8e80", 0.8, "c-obstacle");
   }
@@ -278,7 +279,7 @@ void draw_c_space(SvgPage& page, const Study& study, const Instant& now) {
   }
   for (std::size_t k = 0; k < field.cells.size(); ++k) {
     const std::vector<Vector> slice = slice_of(field.cells[k], at);
-    if (area_m2(slice) < 0.3 * field.pitch_m * field.pitch_m) continue;
+    if (tools::area_m2(slice) < 0.3 * field.pitch_m * field.pitch_m) continue;
     Vector middle = Vector::Zero();
     for (const Vector& x : slice) middle += x / static_cast<double>(slice.size());
     Vector along = field.descent[k];
@@ -290,7 +291,7 @@ void draw_c_space(SvgPage& page, const Study& study, const Instant& now) {
     const bool harmonic = &guide == &study.guides[1];
     std::vector<Pixel> way;
     for (const tools::PlanPose& pose : guide.plan.poses)
-      way.push_back(camera.project(place_of(pose)));
+      way.push_back(camera.project(tools::place_of(pose)));
     page.raw(polyline_of(way, harmonic ? kGuideColour : "#303030", harmonic ? 2.6 : 1.4,
                          harmonic ? "" : "5 4"));
   }

@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <optional>
 
-#include "host_sim/plan/pose_algebra.hpp"
 #include "rt_core/scene/scene_view.hpp"
+#include "tools/plan/search/pose_algebra.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 /// The static body whose surface the part lies in at a pose, or which lies in the part's own; none
 /// where the solid angle of no surface is whole turns but 0, as in front of an opening. No facet
@@ -17,4 +17,4 @@ namespace haptic::sim {
 [[nodiscard]] std::optional<std::uint32_t> enclosing_body(const SceneView& scene,
                                                           const PlanPose& pose);
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

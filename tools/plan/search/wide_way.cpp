@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/plan/wide_way.hpp"
+#include "tools/plan/search/wide_way.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <numeric>
 #include <queue>
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 constexpr double kNoWay = std::numeric_limits<double>::infinity();
@@ -249,4 +249,4 @@ std::vector<PlanPose> wide_way(const std::vector<PlanPose>& corners, const WideW
   return Graph(corners, with).run();
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

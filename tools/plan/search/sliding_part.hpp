@@ -7,10 +7,10 @@
 #include <memory>
 #include <vector>
 
-#include "host_sim/plan/pose_algebra.hpp"
-#include "host_sim/session/core_session.hpp"
+#include "rt_core/haptic_core.hpp"
+#include "tools/plan/search/pose_algebra.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 /// How far a push goes, and when it ends.
 struct PushLimits {
@@ -36,6 +36,9 @@ class SlidingPart {
   /// Makes a scene of its own from `scene`: of law proxy, without friction. @throws InputError when
   /// that is refused.
   explicit SlidingPart(const SceneView& scene);
+  SlidingPart(SlidingPart&&) noexcept;
+  SlidingPart& operator=(SlidingPart&&) noexcept;
+  ~SlidingPart();
 
   /// The next push begins here; the pose must be free.
   void place(const PlanPose& pose);
@@ -55,11 +58,12 @@ class SlidingPart {
   [[nodiscard]] Pose mesh_pose(const PlanPose& pose) const;
 
  private:
-  std::unique_ptr<CoreSession> session_;
+  struct Engine;  // a scene and the core over it
+  std::unique_ptr<Engine> engine_;
   Vec3d grip_a_ = Vec3d::Zero();
   double radius_m_ = 0;
   PlanPose at_;
   std::uint64_t tick_ = 0;
 };
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

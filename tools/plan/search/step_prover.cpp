@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/plan/step_prover.hpp"
+#include "tools/plan/search/step_prover.hpp"
 
 #include <algorithm>
 #include <limits>
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -33,7 +33,7 @@ Vec3d wide(const Real* x) {
 double CorneredMotion::length_m(double turn_m) const {
   double sum = 0;
   for (std::size_t k = 1; k < corners.size(); ++k) {
-    sum += tools::step_length_m(corners[k - 1], corners[k], turn_m);
+    sum += step_length_m(corners[k - 1], corners[k], turn_m);
   }
   return sum;
 }
@@ -190,9 +190,9 @@ void StepProver::for_each_plane(const Placed& at, const Piece& a, const Piece& b
   }
 }
 
-tools::PlanDirection StepProver::direction_of(const Piece& a, const Piece& b, const Plane& plane) {
+PlanDirection StepProver::direction_of(const Piece& a, const Piece& b, const Plane& plane) {
   const auto numbers = [](const Vec3d& v) { return std::array{v.x(), v.y(), v.z()}; };
-  tools::PlanDirection direction;
+  PlanDirection direction;
   direction.kind = plane.kind;
   if (plane.kind == 'A') direction.of_a = numbers(-a.normals[plane.i]);
   if (plane.kind == 'B') direction.of_b = numbers(b.normals[plane.j]);
@@ -376,4 +376,4 @@ StepProver::Clearance StepProver::clearance(const PlanPose& pose) {
   return least;
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

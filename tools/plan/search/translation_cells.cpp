@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/plan/translation_cells.hpp"
+#include "tools/plan/search/translation_cells.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "tools/common/formatted.hpp"
 #include "tools/plan/plan_limits.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 /// A corner nearer to a plane than this lies in it [m].
@@ -78,7 +78,7 @@ ConvexCell half_of(const ConvexCell& cell, const Vec3d& normal, double offset_m,
     if (kept.corners.size() >= 3 && area_m2(kept.corners) > 0)
       half.sides.push_back(std::move(kept));
   }
-  CellSide cap{sign * normal, sign * offset_m, tools::planar_hull(rim, sign * normal)};
+  CellSide cap{sign * normal, sign * offset_m, planar_hull(rim, sign * normal)};
   if (cap.corners.size() >= 3) half.sides.push_back(std::move(cap));
   set_bounds(half);
   return half;
@@ -285,9 +285,8 @@ TranslationSpace make_translation_space(const SceneView& scene, const Pose& pose
     }
   }
   if (scene.pair_count() > kMostPairs) {
-    space.undecided =
-        tools::formatted("the scene has %llu pairs of pieces, more than %zu",
-                         static_cast<unsigned long long>(scene.pair_count()), kMostPairs);
+    space.undecided = formatted("the scene has %llu pairs of pieces, more than %zu",
+                                static_cast<unsigned long long>(scene.pair_count()), kMostPairs);
     return space;
   }
   std::vector<ConvexCell> obstacles;
@@ -295,18 +294,18 @@ TranslationSpace make_translation_space(const SceneView& scene, const Pose& pose
   Vec3d low = Vec3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (std::uint32_t pair = 0; pair < scene.pair_count(); ++pair) {
     if (scene.pair_record(pair).node_count > kMostPairNodes) {
-      space.undecided = tools::formatted("pair %u has %u basic contacts, more than %u", pair,
-                                         scene.pair_record(pair).node_count, kMostPairNodes);
+      space.undecided = formatted("pair %u has %u basic contacts, more than %u", pair,
+                                  scene.pair_record(pair).node_count, kMostPairNodes);
       return space;
     }
-    for (tools::CFace& face : tools::make_c_obstacle(scene, pair, pose_wa).faces) {
+    for (CFace& face : make_c_obstacle(scene, pair, pose_wa).faces) {
       if (face.polygon.size() >= 3) space.faces.push_back({pair, std::move(face)});
     }
     const std::span<const PlacedFace> faces(
         space.faces.begin() + static_cast<std::ptrdiff_t>(first_face.back()), space.faces.end());
     obstacles.push_back(polyhedron_of(faces));
     if (obstacles.back().sides.empty()) {
-      space.undecided = tools::formatted("the C-faces of pair %u are not closed", pair);
+      space.undecided = formatted("the C-faces of pair %u are not closed", pair);
       return space;
     }
     first_face.push_back(space.faces.size());
@@ -320,13 +319,13 @@ TranslationSpace make_translation_space(const SceneView& scene, const Pose& pose
   const Vec3d margin = Vec3d::Constant(kMargin * (high - low).norm());
   low -= margin;
   high += margin;
-  if (const tools::PlanLimits limits(scene.parameters().envelope); limits.has_box()) {
+  if (const PlanLimits limits(scene.parameters().envelope); limits.has_box()) {
     for (int axis = 0; axis < 3; ++axis) {
       low[axis] = std::max(low[axis], limits.low_m(axis));
       high[axis] = std::min(high[axis], limits.high_m(axis));
       if (high[axis] - low[axis] > kLeastBox_m) continue;
-      space.undecided = tools::formatted("[motion_limits] workspace leaves no room along %c",
-                                         "xyz"[static_cast<std::size_t>(axis)]);
+      space.undecided = formatted("[motion_limits] workspace leaves no room along %c",
+                                  "xyz"[static_cast<std::size_t>(axis)]);
       return space;
     }
   }
@@ -336,7 +335,7 @@ TranslationSpace make_translation_space(const SceneView& scene, const Pose& pose
                                             first_face[k + 1] - first_face[k]);
     space.cells = without(std::move(space.cells), faces, obstacles[k], tolerance_m);
     if (space.cells.size() > kMostCells) {
-      space.undecided = tools::formatted("the C-faces make more than %zu cells", kMostCells);
+      space.undecided = formatted("the C-faces make more than %zu cells", kMostCells);
       space.cells.clear();
       return space;
     }
@@ -424,7 +423,7 @@ Enclosure enclosure_of(const TranslationSpace& space, const std::vector<bool>& c
     enclosure.high = enclosure.high.cwiseMax(cell.high);
     for (const CellSide& side : cell.sides) {
       for (std::size_t f = 0; f < space.faces.size(); ++f) {
-        const tools::CFace& face = space.faces[f].face;
+        const CFace& face = space.faces[f].face;
         if ((side.normal + face.normal).norm() > kSameNormal ||
             std::abs(side.offset_m + face.offset_m - space.tolerance_m) > kCellRounding_m) {
           continue;
@@ -454,4 +453,4 @@ Enclosure enclosure_of(const TranslationSpace& space, const std::vector<bool>& c
   return enclosure;
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -5,13 +5,13 @@
 #include <functional>
 #include <string>
 
-#include "host_sim/plan/plan_search.hpp"
-#include "host_sim/plan/plan_shortening.hpp"
 #include "rt_core/scene/scene_view.hpp"
 #include "tools/plan/plan.hpp"
 #include "tools/plan/plan_check.hpp"
+#include "tools/plan/search/plan_search.hpp"
+#include "tools/plan/search/plan_shortening.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 /// Pieces nearer than this touch at a station, where nothing else is asked for [m].
 inline constexpr double kPlanContact_m = 5.0e-5;
@@ -22,22 +22,29 @@ inline constexpr double kPlanContact_m = 5.0e-5;
 
 /// The stations and the proof of a motion of the scene's part.
 /// @throws std::runtime_error when a step is not proved.
-[[nodiscard]] tools::Plan plan_from(const SceneView& scene, const SlidingPart& part,
-                                    StepProver& prover, const CorneredMotion& motion,
-                                    std::uint64_t seed);
+[[nodiscard]] Plan plan_from(const SceneView& scene, const SlidingPart& part, StepProver& prover,
+                             const CorneredMotion& motion, std::uint64_t seed);
 
-/// Proves the plan as its reader would, and writes it then.
-/// @throws std::runtime_error when it is not proved; tools::InputError when its reader would refuse
-///         it.
-[[nodiscard]] tools::PlanProof write_proved_plan(const SceneView& scene, const tools::Plan& plan,
-                                                 const std::string& file);
+/// The text of a plan's file, and its proof as its reader makes it. `file`: for messages.
+struct ProvedText {
+  std::string text;
+  PlanProof proof;
+};
+/// @throws std::runtime_error when it is not proved; InputError when its reader would refuse it.
+[[nodiscard]] ProvedText proved_plan_text(const SceneView& scene, const Plan& plan,
+                                          const std::string& file);
+
+/// Writes that text.
+/// @throws as proved_plan_text; as write_files.
+[[nodiscard]] PlanProof write_proved_plan(const SceneView& scene, const Plan& plan,
+                                          const std::string& file);
 
 struct MadePlan {
   SearchResult search;
   double found_m = 0;              ///< length before the shortening
   double shorten_s = 0;            ///< time that shortening and proof took
   std::uint64_t shorten_work = 0;  ///< of ShorteningLimits::work
-  tools::Plan plan;                ///< with a pose where the search has found one
+  Plan plan;                       ///< with a pose where the search has found one
 };
 
 /// `part` and `prover` are of the scene; the prover's tolerance is plan_tolerance_m.
@@ -57,4 +64,4 @@ struct MadePlan {
                                          const std::string& goal, std::uint64_t seed,
                                          double seconds);
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

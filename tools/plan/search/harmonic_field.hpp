@@ -14,10 +14,10 @@
 #include <span>
 #include <vector>
 
-#include "host_sim/plan/step_prover.hpp"
-#include "host_sim/plan/translation_cells.hpp"
+#include "tools/plan/search/step_prover.hpp"
+#include "tools/plan/search/translation_cells.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 struct FieldLimits {
   double cells_along = 28;      ///< pitch of the finer cells: length of the motion over this
@@ -57,4 +57,4 @@ struct HarmonicDescent {
 [[nodiscard]] HarmonicDescent descend_about(const TranslationSpace& space,
                                             const CorneredMotion& about);
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

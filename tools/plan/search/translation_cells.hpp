@@ -17,11 +17,11 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/plan/pose_algebra.hpp"
 #include "rt_core/scene/scene_view.hpp"
 #include "tools/c_space/c_obstacle.hpp"
+#include "tools/plan/search/pose_algebra.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 inline constexpr std::uint32_t kMostPairNodes = 20'000;
 inline constexpr std::size_t kMostPairs = 2'000, kMostCells = 20'000;
@@ -72,7 +72,7 @@ struct Passage {
 /// A C-face and the pair that it is of.
 struct PlacedFace {
   std::uint32_t pair = 0;
-  tools::CFace face;
+  CFace face;
 };
 
 struct TranslationSpace {
@@ -125,4 +125,4 @@ struct Enclosure {
 };
 [[nodiscard]] Enclosure enclosure_of(const TranslationSpace& space, const std::vector<bool>& cells);
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

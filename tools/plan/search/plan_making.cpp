@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/plan/plan_making.hpp"
+#include "tools/plan/search/plan_making.hpp"
 
 #include <chrono>
 #include <stdexcept>
 
-#include "host_sim/report/part_report.hpp"
 #include "tools/c_space/pose_text.hpp"
+#include "tools/common/files.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 constexpr double kToleranceShare = 1.005 / 1.01;
@@ -15,24 +15,29 @@ constexpr double kToleranceShare = 1.005 / 1.01;
 }  // namespace
 
 double plan_tolerance_m(const SceneView& scene) {
-  return kToleranceShare * tools::most_tolerance_m(scene);
+  return kToleranceShare * most_tolerance_m(scene);
 }
 
-tools::Plan plan_from(const SceneView& scene, const SlidingPart& part, StepProver& prover,
-                      const CorneredMotion& motion, std::uint64_t seed) {
+Plan plan_from(const SceneView& scene, const SlidingPart& part, StepProver& prover,
+               const CorneredMotion& motion, std::uint64_t seed) {
   const SceneParameters& p = scene.parameters();
   const PlanTitle title{std::string(scene.text(p.name_offset, p.name_bytes)), seed,
                         plan_tolerance_m(scene), kPlanContact_m, part.radius_m()};
-  return make_plan(motion, prover, tools::PlanCheck(scene), title);
+  return make_plan(motion, prover, PlanCheck(scene), title);
 }
 
-tools::PlanProof write_proved_plan(const SceneView& scene, const tools::Plan& plan,
-                                   const std::string& file) {
-  const std::string text = tools::plan_as_text(plan);
-  tools::PlanProof proof = tools::prove_plan(scene, tools::parse_plan(text, file), file);
-  if (!proof.holds()) throw std::runtime_error("the plan is not proved: " + proof.failure);
-  write_whole_file(file, text);
-  return proof;
+ProvedText proved_plan_text(const SceneView& scene, const Plan& plan, const std::string& file) {
+  ProvedText proved{plan_as_text(plan), {}};
+  proved.proof = prove_plan(scene, parse_plan(proved.text, file), file);
+  if (!proved.proof.holds())
+    throw std::runtime_error("the plan is not proved: " + proved.proof.failure);
+  return proved;
+}
+
+PlanProof write_proved_plan(const SceneView& scene, const Plan& plan, const std::string& file) {
+  const ProvedText proved = proved_plan_text(scene, plan, file);
+  write_files({{file, std::as_bytes(std::span(proved.text))}});
+  return proved.proof;
 }
 
 MadePlan make_plan_between(const SceneView& scene, SlidingPart& part, StepProver& prover,
@@ -64,9 +69,9 @@ MadePlan make_plan_between(const SceneView& scene, const std::string& start,
   ShorteningLimits shortening;
   shortening.seed = seed;
   return make_plan_between(scene, part, prover,
-                           part.grip_pose(tools::pose_from_text(scene, "--start", start)),
-                           part.grip_pose(tools::pose_from_text(scene, "--goal", goal)), search,
+                           part.grip_pose(pose_from_text(scene, "--start", start)),
+                           part.grip_pose(pose_from_text(scene, "--goal", goal)), search,
                            shortening, [](const SearchState&) {});
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/plan/inside_surface.hpp"
+#include "tools/plan/search/inside_surface.hpp"
 
 #include <numbers>
 #include <vector>
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 /// Turns differ from a whole number by less where the surface is closed.
@@ -67,4 +67,4 @@ std::optional<std::uint32_t> enclosing_body(const SceneView& scene, const PlanPo
   return std::nullopt;
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/plan/way_cost.hpp"
+#include "tools/plan/search/way_cost.hpp"
 
 #include <algorithm>
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 /// The weight is 2 where this clearance is left, and no clearance counts for less than the other;
@@ -16,7 +16,7 @@ constexpr double kMostParts = 64;
 }  // namespace
 
 double WayCost::length_m(const PlanPose& from, const PlanPose& to) const {
-  return tools::step_length_m(from, to, turn_m_);
+  return step_length_m(from, to, turn_m_);
 }
 
 double WayCost::weight(const PlanPose& pose) const {
@@ -32,4 +32,4 @@ double WayCost::of(const PlanPose& from, const PlanPose& to) const {
   return way_m * sum / parts;
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -9,9 +9,8 @@
 
 #include "tools/plan/plan.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
-using tools::PlanPose;
 using Vec3d = Eigen::Vector3d;
 using Quatd = Eigen::Quaterniond;
 
@@ -52,4 +51,4 @@ using Quatd = Eigen::Quaterniond;
                    exp_of(share * turn_between(from, to)) * turn_of(from));
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/plan/translation_plan.hpp"
+#include "tools/plan/search/translation_plan.hpp"
 
 #include <array>
 #include <chrono>
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 /// Share of the tolerance that a motion is looked for with.
@@ -75,4 +75,4 @@ TranslationResult plan_translation(const SceneView& scene, StepProver& prover, c
   return result;
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

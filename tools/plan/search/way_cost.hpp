@@ -4,9 +4,9 @@
 /// worth a detour of many times its length, and in a hole the part is led where its clearance is
 /// largest.
 
-#include "host_sim/plan/step_prover.hpp"
+#include "tools/plan/search/step_prover.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 class WayCost {
  public:
@@ -24,4 +24,4 @@ class WayCost {
   double turn_m_;
 };
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/plan/plan_search.hpp"
+#include "tools/plan/search/plan_search.hpp"
 
 #include <chrono>
 #include <limits>
@@ -8,7 +8,7 @@
 #include "tools/common/split_mix.hpp"
 #include "tools/plan/plan_limits.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 /// Poses of one tree with one contact state that are nearer than this are one, in radii.
@@ -68,7 +68,7 @@ struct Tree {
 class Search {
  public:
   Search(const SceneView& scene, SlidingPart& part, StepProver& prover, const SearchLimits& limits)
-      : part_(part), prover_(prover), limits_(limits), words_(tools::hashed(limits.seed)) {
+      : part_(part), prover_(prover), limits_(limits), words_(hashed(limits.seed)) {
     radius_m_ = part.radius_m();
     fixed_ = scene.is_locked();
     set_far_box(scene);
@@ -118,7 +118,7 @@ class Search {
             pushes_,   part_.ticks(),          nearest_m_};
   }
   [[nodiscard]] double distance_m(const PlanPose& a, const PlanPose& b) const {
-    return tools::step_length_m(a, b, radius_m_);
+    return step_length_m(a, b, radius_m_);
   }
   [[nodiscard]] static const PlanPose& nearest(const Tree& tree) {
     const auto least =
@@ -335,7 +335,7 @@ class Search {
         far_high_ = far_high_.cwiseMax(x + past);
       }
     }
-    const tools::PlanLimits limits(scene.parameters().envelope);
+    const PlanLimits limits(scene.parameters().envelope);
     for (int axis = 0; axis < 3 && limits.has_box(); ++axis) {
       low_[axis] = limits.low_m(axis);
       high_[axis] = limits.high_m(axis);
@@ -399,7 +399,7 @@ class Search {
   SlidingPart& part_;
   StepProver& prover_;
   const SearchLimits& limits_;
-  tools::SplitMix64 words_;
+  SplitMix64 words_;
   double radius_m_ = 0, way_m_ = 0, nearest_m_ = 0;
   bool fixed_ = false, arrived_ = false;
   Vec3d low_ = Vec3d::Constant(-std::numeric_limits<double>::infinity());  ///< of the workspace
@@ -426,4 +426,4 @@ SearchResult search_plan(const SceneView& scene, SlidingPart& part, StepProver& 
   return Search(scene, part, prover, limits).run(start, goal, progress);
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -7,10 +7,10 @@
 #include <cstdint>
 #include <functional>
 
-#include "host_sim/plan/step_prover.hpp"
 #include "tools/plan/plan_check.hpp"
+#include "tools/plan/search/step_prover.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 /// Work of the shortening (StepProver::work) where nothing else is asked for.
 inline constexpr std::uint64_t kShorteningWork = 6'000'000'000;
@@ -46,7 +46,7 @@ struct PlanTitle {
 /// The plan along a motion, with stations at its corners and between them, each step proved with
 /// the best planes and checked in long double. @throws std::runtime_error when a step of the motion
 /// cannot be proved, which contradicts its maker.
-[[nodiscard]] tools::Plan make_plan(const CorneredMotion& motion, StepProver& prover,
-                                    const tools::PlanCheck& check, const PlanTitle& title);
+[[nodiscard]] Plan make_plan(const CorneredMotion& motion, StepProver& prover,
+                             const PlanCheck& check, const PlanTitle& title);
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/plan/harmonic_field.hpp"
+#include "tools/plan/search/harmonic_field.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 /// Sides that have less in common have no passage, in squares of the pitch.
@@ -307,4 +307,4 @@ HarmonicDescent descend_about(const TranslationSpace& space, const CorneredMotio
   return result;
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <string>
 
-#include "host_sim/plan/step_prover.hpp"
-#include "host_sim/plan/translation_cells.hpp"
+#include "tools/plan/search/step_prover.hpp"
+#include "tools/plan/search/translation_cells.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 enum class TranslationVerdict : std::uint8_t {
   kFound,       ///< a motion, with every step proved
@@ -34,4 +34,4 @@ struct TranslationResult {
                                                  const Pose& mesh_wa, const PlanPose& start,
                                                  const PlanPose& goal, double tolerance_m);
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -9,9 +9,9 @@
 #include <functional>
 #include <vector>
 
-#include "host_sim/plan/way_cost.hpp"
+#include "tools/plan/search/way_cost.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 /// What the graph is made with.
 struct WideWayTools {
@@ -25,4 +25,4 @@ struct WideWayTools {
 [[nodiscard]] std::vector<PlanPose> wide_way(const std::vector<PlanPose>& corners,
                                              const WideWayTools& with);
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

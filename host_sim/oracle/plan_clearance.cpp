@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/plan/plan_clearance.hpp"
+#include "host_sim/oracle/plan_clearance.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <vector>
 
 #include "host_sim/oracle/mesh_pair.hpp"
-#include "host_sim/plan/pose_algebra.hpp"
+#include "tools/plan/search/pose_algebra.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -39,7 +39,7 @@ std::vector<Triangle> triangles_of(const SceneView& scene, std::uint32_t begin, 
   return triangles;
 }
 
-OraclePose oracle_pose(const PlanPose& pose) {
+OraclePose oracle_pose(const tools::PlanPose& pose) {
   const auto& q = pose.q_wxyz;
   return {rotation_of(widen(q[0]), widen(q[1]), widen(q[2]), widen(q[3])),
           {widen(pose.x0_m[0]), widen(pose.x0_m[1]), widen(pose.x0_m[2])}};
@@ -55,7 +55,7 @@ PlanClearance clearance_of(const SceneView& scene, const tools::Plan& plan) {
 
   PlanClearance found;
   Wide least = std::numeric_limits<Wide>::infinity();
-  const auto look = [&](const PlanPose& pose) {
+  const auto look = [&](const tools::PlanPose& pose) {
     found.poses += 1;
     const Wide distance = pair.distance_m(oracle_pose(pose), least);
     if (!(distance < least)) return;
@@ -72,14 +72,14 @@ PlanClearance clearance_of(const SceneView& scene, const tools::Plan& plan) {
   look(plan.poses.front());
   double gone_m = 0;  // since the last pose that was looked at
   for (std::size_t k = 0; k < plan.steps(); ++k) {
-    const PlanPose &from = plan.poses[k], &to = plan.poses[k + 1];
+    const tools::PlanPose &from = plan.poses[k], &to = plan.poses[k + 1];
     const double step_m = tools::step_length_m(from, to, plan.length_m);
     double at_m = 0;
     while (at_m + stride_m - gone_m < step_m) {
       at_m += stride_m - gone_m;
       gone_m = 0;
       found.apart_m = std::max(found.apart_m, stride_m);
-      look(between(from, to, at_m / step_m));
+      look(tools::between(from, to, at_m / step_m));
     }
     gone_m += step_m - at_m;
     const bool last = k + 1 == plan.steps();

@@ -12,13 +12,11 @@
 #include <unordered_map>
 #include <vector>
 
-#include "host_sim/plan/pose_algebra.hpp"
 #include "rt_core/scene/scene_view.hpp"
 #include "tools/plan/plan_limits.hpp"
+#include "tools/plan/search/pose_algebra.hpp"
 
-namespace haptic::sim {
-
-using tools::PlanWitness;
+namespace haptic::tools {
 
 /// Proved steps one after the other: `poses` after the start, each with the planes of the step
 /// that leads to it.
@@ -121,8 +119,8 @@ class StepProver {
   template <typename Take>
   [[nodiscard]] bool prove_steps(const PlanPose& from, const PlanPose& to, int halvings,
                                  ProofSearch search, const ClearEnds& ends, const Take& take);
-  [[nodiscard]] static tools::PlanDirection direction_of(const Piece& a, const Piece& b,
-                                                         const Plane& plane);
+  [[nodiscard]] static PlanDirection direction_of(const Piece& a, const Piece& b,
+                                                  const Plane& plane);
   /// Fixed pieces, ascending, that a ball may touch: all that do, and others.
   void find_near(const Vec3d& centre, double radius_m);
   void sort_fixed_pieces();
@@ -130,7 +128,7 @@ class StepProver {
   void for_each_plane(const Placed& at, const Piece& a, const Piece& b, bool edges_too,
                       const Visit& visit);
 
-  tools::PlanLimits limits_;
+  PlanLimits limits_;
   std::vector<Piece> pieces_;
   /// Fixed pieces by where the middles of their spheres lie along the axis on which they lie the
   /// farthest apart, but for large ones; the largest radius of these spheres; the large ones.
@@ -146,4 +144,4 @@ class StepProver {
   std::uint64_t work_ = 0;
 };
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -15,10 +15,10 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/plan/sliding_part.hpp"
-#include "host_sim/plan/step_prover.hpp"
+#include "tools/plan/search/sliding_part.hpp"
+#include "tools/plan/search/step_prover.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 /// A clock on the wall [s].
 [[nodiscard]] double wall_clock_s();
@@ -52,4 +52,4 @@ struct SearchResult {
                                        const PlanPose& goal, const SearchLimits& limits,
                                        const std::function<void(const SearchState&)>& progress);
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

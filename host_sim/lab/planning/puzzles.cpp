@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/plan/puzzles.hpp"
+#include "host_sim/lab/planning/puzzles.hpp"
 
 #include <array>
 #include <cmath>

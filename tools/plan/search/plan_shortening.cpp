@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/plan/plan_shortening.hpp"
+#include "tools/plan/search/plan_shortening.hpp"
 
 #include <algorithm>
 #include <map>
 #include <stdexcept>
 #include <unordered_map>
 
-#include "host_sim/plan/way_cost.hpp"
-#include "host_sim/plan/wide_way.hpp"
 #include "tools/common/split_mix.hpp"
+#include "tools/plan/search/way_cost.hpp"
+#include "tools/plan/search/wide_way.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 /// A straight way may be cut in halves this often for its proof.
@@ -43,7 +43,7 @@ class Shortening {
         limits_(limits),
         progress_(progress),
         began_(prover.work()),
-        words_(tools::hashed(~limits.seed)) {}
+        words_(hashed(~limits.seed)) {}
 
   CorneredMotion run(const CorneredMotion& motion) {
     corners_ = motion.corners;
@@ -74,7 +74,7 @@ class Shortening {
     return prover_.prove(from, to, kStraightHalvings);
   }
   [[nodiscard]] double length(const PlanPose& from, const PlanPose& to) const {
-    return tools::step_length_m(from, to, turn_m_);
+    return step_length_m(from, to, turn_m_);
   }
 
   /// From each corner straight to the farthest that a doubling and halving search reaches.
@@ -252,7 +252,7 @@ class Shortening {
   const ShorteningLimits& limits_;
   const ShorteningProgress& progress_;
   std::uint64_t began_;  ///< work of the prover before
-  tools::SplitMix64 words_;
+  SplitMix64 words_;
   std::vector<PlanPose> corners_;
   bool turns_ = false;    ///< the motion turns the part; else no change does
   bool by_cost_ = false;  ///< what is compared: cost, or length
@@ -268,7 +268,7 @@ class PlaneGathering {
       if (is_new) planes_.push_back({witness.direction, {}});
       const std::uint64_t pair = std::uint64_t{witness.piece_a} << 32 | witness.piece_b;
       Last& last = last_[pair];
-      std::vector<tools::PlanRun>& runs = planes_[known->second].runs;
+      std::vector<PlanRun>& runs = planes_[known->second].runs;
       const bool goes_on = last.plane == known->second && last.run < runs.size() &&
                            runs[last.run].piece_a == witness.piece_a &&
                            runs[last.run].piece_b == witness.piece_b &&
@@ -281,14 +281,14 @@ class PlaneGathering {
       runs.push_back({witness.piece_a, witness.piece_b, step, step});
     }
   }
-  [[nodiscard]] std::vector<tools::PlanPlane> take() { return std::move(planes_); }
+  [[nodiscard]] std::vector<PlanPlane> take() { return std::move(planes_); }
 
  private:
   struct Last {
     std::size_t plane = 0, run = 0;
   };
-  std::vector<tools::PlanPlane> planes_;
-  std::map<tools::PlanDirection, std::size_t> by_direction_;
+  std::vector<PlanPlane> planes_;
+  std::map<PlanDirection, std::size_t> by_direction_;
   std::unordered_map<std::uint64_t, Last> last_;  ///< run of each pair
 };
 
@@ -301,12 +301,11 @@ std::vector<PlanPose> station_poses(const CorneredMotion& motion, double turn_m,
   std::vector<PlanPose> poses{motion.corners.front()};
   for (std::size_t k = 1; k < motion.corners.size(); ++k) {
     const PlanPose &from = motion.corners[k - 1], &to = motion.corners[k];
-    const double parts = std::ceil(tools::step_length_m(from, to, turn_m) / apart);
+    const double parts = std::ceil(step_length_m(from, to, turn_m) / apart);
     for (double part = 1; part < parts; ++part) poses.push_back(between(from, to, part / parts));
     if (!(to == poses.back())) poses.push_back(to);
   }
-  const std::size_t every =
-      (poses.size() + tools::kMostPlanStations - 2) / (tools::kMostPlanStations - 1);
+  const std::size_t every = (poses.size() + kMostPlanStations - 2) / (kMostPlanStations - 1);
   is_station.assign(poses.size(), false);
   for (std::size_t k = 0; k < poses.size(); k += every) is_station[k] = true;
   is_station.back() = true;
@@ -320,13 +319,13 @@ CorneredMotion shortened(const CorneredMotion& motion, StepProver& prover, doubl
   return Shortening(prover, turn_m, limits, progress).run(motion);
 }
 
-tools::Plan make_plan(const CorneredMotion& motion, StepProver& prover,
-                      const tools::PlanCheck& check, const PlanTitle& title) {
-  tools::Plan plan;
-  plan.geometry = tools::geometry_hash(check.scene());
+Plan make_plan(const CorneredMotion& motion, StepProver& prover, const PlanCheck& check,
+               const PlanTitle& title) {
+  Plan plan;
+  plan.geometry = geometry_hash(check.scene());
   plan.seed = title.seed;
   plan.scene = title.scene;
-  std::replace_if(plan.scene.begin(), plan.scene.end(), tools::is_control, ' ');
+  std::replace_if(plan.scene.begin(), plan.scene.end(), is_control, ' ');
   plan.tolerance_m = title.tolerance_m;
   plan.contact_m = title.contact_m;
   plan.length_m = title.turn_m;
@@ -351,7 +350,7 @@ tools::Plan make_plan(const CorneredMotion& motion, StepProver& prover,
       throw std::runtime_error("a step of the shortened motion could not be proved again");
     }
     for (std::size_t j = 0; j < proved.poses.size(); ++j) {
-      const tools::StepProof step =
+      const StepProof step =
           check.step(plan.poses.back(), proved.poses[j], proved.steps[j], plan.tolerance_m);
       if (!step.holds) {
         throw std::runtime_error("a step that was proved does not hold in long double");
@@ -360,7 +359,7 @@ tools::Plan make_plan(const CorneredMotion& motion, StepProver& prover,
       plan.poses.push_back(proved.poses[j]);
     }
     if (!is_station[k]) continue;
-    tools::PlanStation station;
+    PlanStation station;
     station.pose = static_cast<std::uint32_t>(plan.poses.size() - 1);
     plan.stations.push_back(station);
   }
@@ -368,24 +367,24 @@ tools::Plan make_plan(const CorneredMotion& motion, StepProver& prover,
   double to_go = 0;
   std::size_t at = plan.poses.size() - 1;
   for (std::size_t k = plan.stations.size(); k-- > 0;) {
-    tools::PlanStation& station = plan.stations[k];
+    PlanStation& station = plan.stations[k];
     for (; at > station.pose; --at) {
-      to_go += tools::step_length_m(plan.poses[at - 1], plan.poses[at], plan.length_m);
+      to_go += step_length_m(plan.poses[at - 1], plan.poses[at], plan.length_m);
     }
     station.cost_to_go_m = to_go;
   }
-  tools::PlanSweep sweep(plan);
-  for (tools::PlanStation& station : plan.stations) {
+  PlanSweep sweep(plan);
+  for (PlanStation& station : plan.stations) {
     std::vector<PlanWitness> before;
     if (station.pose > 0) before = sweep.at(station.pose - 1);
     const std::vector<PlanWitness>* const after =
         station.pose < plan.steps() ? &sweep.at(station.pose) : nullptr;
-    tools::StationProof found = check.station(
-        plan.poses[station.pose], station.pose > 0 ? &before : nullptr, after, plan.contact_m);
+    StationProof found = check.station(plan.poses[station.pose],
+                                       station.pose > 0 ? &before : nullptr, after, plan.contact_m);
     station.clearance_m = static_cast<double>(found.clearance_m);
     station.contacts = std::move(found.contacts);
   }
   return plan;
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/plan/sliding_part.hpp"
+#include "tools/plan/search/sliding_part.hpp"
 
 #include "rt_core/scene/proxy_limits.hpp"
 #include "tools/common/changed_scene.hpp"
+#include "tools/common/error.hpp"
 #include "tools/common/split_mix.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 /// How far the pose that the part is pulled to lies before it: in radii of the part, and [rad].
@@ -13,7 +14,7 @@ constexpr double kLead = 0.5, kLeadTurn_rad = 0.3;
 /// A target is reached when the part is nearer than this, in radii.
 constexpr double kArrived = 1.0e-6;
 
-tools::SceneBytes scene_for_planning(const SceneView& scene) {
+SceneBytes scene_for_planning(const SceneView& scene) {
   const auto change = [](SceneParameters& p) {
     p.law = LawId::kProxy;
     p.work_units = kMostWorkUnits;
@@ -26,16 +27,38 @@ tools::SceneBytes scene_for_planning(const SceneView& scene) {
     c.passivity = 0;
   };
   const auto without_friction = [](BodyRecord& body) { body.friction = body.friction_static = 0; };
-  return tools::changed_scene(scene, change, 0, without_friction);
+  return changed_scene(scene, change, 0, without_friction);
 }
 
 }  // namespace
 
-SlidingPart::SlidingPart(const SceneView& scene) {
-  const tools::SceneBytes bytes = scene_for_planning(scene);
-  session_ = std::make_unique<CoreSession>(bytes.span(), "the scene without friction",
-                                           GoalContact::kLeftOut);
-  const SceneView& view = session_->view();
+struct SlidingPart::Engine {
+  explicit Engine(SceneBytes bytes) : scene(std::move(bytes)) {
+    RtStatus status = SceneView::open(scene.span(), view);
+    if (status == RtStatus::kOk) {
+      state = SceneBytes(static_cast<std::size_t>(view.header().capacity.state_bytes));
+      status = HapticCore::create(state.span(), view, core);
+    }
+    if (status != RtStatus::kOk) {
+      throw InputError(std::string("the scene without friction: not a usable scene: ") +
+                       to_text(status) + "; compile it again");
+    }
+  }
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+
+  SceneBytes scene, state;
+  SceneView view;
+  HapticCore* core = nullptr;
+};
+
+SlidingPart::SlidingPart(SlidingPart&&) noexcept = default;
+SlidingPart& SlidingPart::operator=(SlidingPart&&) noexcept = default;
+SlidingPart::~SlidingPart() = default;
+
+SlidingPart::SlidingPart(const SceneView& scene)
+    : engine_(std::make_unique<Engine>(scene_for_planning(scene))) {
+  const SceneView& view = engine_->view;
   grip_a_ = Vec3d(view.bodies()[0].reference_m);
   for (const PieceRecord& piece : view.pieces()) {
     if (piece.body == 0) radius_m_ = std::max(radius_m_, piece.reach_m);
@@ -56,10 +79,10 @@ Pose SlidingPart::mesh_pose(const PlanPose& pose) const {
 }
 
 void SlidingPart::place(const PlanPose& pose) {
-  session_->core().reset();
+  engine_->core->reset();
   StepInput input;
   input.pose_wa = mesh_pose(pose);
-  static_cast<void>(session_->core().step(input));
+  static_cast<void>(engine_->core->step(input));
   at_ = pose;
   tick_ += 1;
 }
@@ -83,10 +106,10 @@ PushResult SlidingPart::push(const PlanPose& target, const PushLimits& limits,
     input.pose_wa = mesh_pose(
         share < 1 ? plan_pose(place_of(at_) + share * far, exp_of(share * turn) * turn_of(at_))
                   : target);
-    const StepResult step = session_->core().step(input);
+    const StepResult step = engine_->core->step(input);
     tick_ += 1;
     const PlanPose next = grip_pose(step.proxy_pose_wa);
-    const double moved = tools::step_length_m(at_, next, radius_m_);
+    const double moved = step_length_m(at_, next, radius_m_);
     if (moved > 0) path.push_back(next);
     at_ = next;
     still = moved < limits.still * radius_m_ ? still + 1 : 0;
@@ -97,7 +120,7 @@ PushResult SlidingPart::push(const PlanPose& target, const PushLimits& limits,
 
 std::vector<HoldingPlane> SlidingPart::holding() const {
   std::vector<HoldingPlane> planes;
-  const FeltContact& felt = session_->core().felt_contact();
+  const FeltContact& felt = engine_->core->felt_contact();
   for (std::uint32_t k = 0; k < felt.plane_count; ++k) {
     planes.push_back(
         {felt.planes[k].pair, felt.planes[k].type, felt.planes[k].normal_w.cast<double>()});
@@ -107,12 +130,11 @@ std::vector<HoldingPlane> SlidingPart::holding() const {
 
 std::uint64_t SlidingPart::contact_state() const {
   std::uint64_t state = 0;
-  const FeltContact& felt = session_->core().felt_contact();
+  const FeltContact& felt = engine_->core->felt_contact();
   for (std::uint32_t k = 0; k < felt.plane_count; ++k) {
-    state +=
-        tools::hashed(felt.planes[k].pair << 8 | static_cast<std::uint64_t>(felt.planes[k].type));
+    state += hashed(felt.planes[k].pair << 8 | static_cast<std::uint64_t>(felt.planes[k].type));
   }
   return state;
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools
