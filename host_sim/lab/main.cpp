@@ -13,10 +13,9 @@ int main(int argc, char** argv) {
                    "host_lab");
   std::vector<sim::Command> commands = {
       sim::add_accept_command(program),       sim::add_calm_command(program),
-      sim::add_compare_laws_command(program),
-      sim::add_cost_command(program),         sim::add_crossings_command(program),
-      sim::add_faults_command(program),       sim::add_flight_command(program),
-      sim::add_friction_command(program),
+      sim::add_compare_laws_command(program), sim::add_cost_command(program),
+      sim::add_crossings_command(program),    sim::add_faults_command(program),
+      sim::add_flight_command(program),       sim::add_friction_command(program),
 
       sim::add_hold_command(program),         sim::add_pareto_command(program),
       sim::add_plan_sampled_command(program), sim::add_proxy_fuzz_command(program),

@@ -27,8 +27,6 @@ void FacetTree::place(Arena& arena, std::uint32_t facets) noexcept {
   begin_ = arena.take<std::uint32_t>(2 * nodes);
 }
 
-namespace {
-
 /// The facets of a tree while it is built.
 struct FacetSet {
   std::span<const StaticFacet> facets;
@@ -47,6 +45,8 @@ struct FacetSet {
     return least + most;
   }
 };
+
+namespace {
 
 /// The axis along which the middles of some facets lie farthest apart.
 int longest_axis(const FacetSet& set, std::span<const std::uint32_t> facets) noexcept {
@@ -93,8 +93,7 @@ std::uint32_t split(const FacetSet& set, std::span<std::uint32_t> order,
 
 /// Fills the box of a child, or the facet that it is; a child without facets is far from all.
 void FacetTree::fill(Node& node, std::uint32_t k, std::span<const std::uint32_t> in,
-                     std::span<const StaticFacet> facets,
-                     std::span<const Vec3> corners_w) const noexcept {
+                     const FacetSet& set) const noexcept {
   for (int x = 0; x < 3; ++x) {
     node.low[x][k] = kFar;
     node.high[x][k] = -kFar;
@@ -102,7 +101,6 @@ void FacetTree::fill(Node& node, std::uint32_t k, std::span<const std::uint32_t>
   }
   node.offset[k] = 0;
   node.child[k] = 0;
-  const FacetSet set{facets, corners_w};
   for (const std::uint32_t f : in) {
     for (const Vec3& corner : set.corners_of(f)) {
       for (int x = 0; x < 3; ++x) {
@@ -113,7 +111,7 @@ void FacetTree::fill(Node& node, std::uint32_t k, std::span<const std::uint32_t>
     }
   }
   if (in.size() != 1) return;
-  const StaticFacet& facet = facets[in[0]];
+  const StaticFacet& facet = set.facets[in[0]];
   for (int x = 0; x < 3; ++x) node.normal[x][k] = static_cast<float>(facet.normal[x]);
   node.offset[k] = static_cast<float>(facet.offset_m - facet.normal.dot(middle_w_));
   node.child[k] = kFacet | in[0];
@@ -132,13 +130,14 @@ void FacetTree::build(std::span<const StaticFacet> facets,
   for (std::uint32_t f = 0; f < order_.size(); ++f) order_[f] = f;
   begin_[0] = 0;
   begin_[1] = static_cast<std::uint32_t>(order_.size());
+  const FacetSet set{facets, corners_w};
   std::uint32_t made = 1;
   for (std::uint32_t at = 0; at < made; ++at) {
     Range parts[kFloatLanes] = {{begin_[2 * at], begin_[2 * at + 1]}};
-    const std::uint32_t count = split({facets, corners_w}, order_, parts);
+    const std::uint32_t count = split(set, order_, parts);
     for (std::uint32_t k = 0; k < kFloatLanes; ++k) {
       const Range part = k < count ? parts[k] : Range{};
-      fill(nodes_[at], k, order_.subspan(part.begin, part.size()), facets, corners_w);
+      fill(nodes_[at], k, order_.subspan(part.begin, part.size()), set);
       if (part.size() < 2) continue;
       begin_[2 * made] = part.begin;
       begin_[2 * made + 1] = part.end;

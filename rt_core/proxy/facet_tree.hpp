@@ -27,6 +27,8 @@ struct StaticFacet {
   return nodes > 0 ? nodes : 1;
 }
 
+struct FacetSet;
+
 class FacetTree {
  public:
   /// Room for a tree over `facets` > 0.
@@ -56,7 +58,7 @@ class FacetTree {
   static constexpr std::uint32_t kMostWaiting = 7 * kMostLevels + 1;
 
   void fill(Node& node, std::uint32_t k, std::span<const std::uint32_t> in,
-            std::span<const StaticFacet> facets, std::span<const Vec3> corners_w) const noexcept;
+            const FacetSet& set) const noexcept;
 
   std::span<Node> nodes_;
   std::span<std::uint32_t> order_;

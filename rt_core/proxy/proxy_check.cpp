@@ -151,18 +151,19 @@ bool Proxy::has_many_nodes(const ReachedPair& reached) const noexcept {
 
 /// Takes a plane for a pair that the step needs less of, unless it is the `first`, which is taken
 /// in any case. Rows of a plane that p is deeper behind than other steps may end would not raise p:
-/// it comes last of those that do not certify. `worth`: of the plane that the pair has.
-void Proxy::try_plane(ReachedPair& reached, const ValidPlane& plane, bool first, const Step& step,
-                      Real least_m, Real& worth, ProxyTick& tick) const noexcept {
+/// it comes last of those that do not certify. `worth`: of the plane that the pair has; @return the
+/// same afterwards.
+Real Proxy::try_plane(ReachedPair& reached, const ValidPlane& plane, bool first, const Step& step,
+                      Real least_m, Real worth, ProxyTick& tick) const noexcept {
   const auto is_deep = [&](Real of, Real gap_p_m) {
     return of < 0 && gap_p_m < -parameters_.scale.tolerance_m / 2;
   };
   const PlaneWorth found = worth_of(reached, plane, step, least_m, tick);
   const bool deep = is_deep(found.worth_m, plane.gap_m);
   const bool was_deep = is_deep(worth, reached.gap_p_m);
-  if (!first && (deep != was_deep ? deep : !(found.worth_m > worth))) return;
-  worth = found.worth_m;
+  if (!first && (deep != was_deep ? deep : !(found.worth_m > worth))) return worth;
   take_plane(reached, found);
+  return found.worth_m;
 }
 
 /// Whether a face certifies a pair whose valid set takes long to find.
@@ -180,7 +181,7 @@ bool Proxy::certify_by_face(ReachedPair& reached, const Step& step, Real least_m
     tick.plane_gaps += 1;
     const PlaneGap at_p = plane_gap(*pair.view, part_.pose.r_wa, y_p_w, id, reached.support);
     if (at_p.gap_m >= least_valid) {
-      try_plane(reached, {id, at_p.support, at_p.gap_m}, false, step, least_m, worth, tick);
+      worth = try_plane(reached, {id, at_p.support, at_p.gap_m}, false, step, least_m, worth, tick);
     }
     return worth < 0;
   });
@@ -220,7 +221,8 @@ bool Proxy::certify(ReachedPair& reached, const Step& step, Real least_m,
   ReachedPair exposed;
   Real exposed_worth = kLowest;
   for (std::uint32_t k = 0; k < reached.valid_count; ++k) {
-    try_plane(reached, found_.valid[reached.valid_begin + k], k == 0, step, least_m, worth, tick);
+    const ValidPlane& plane = found_.valid[reached.valid_begin + k];
+    worth = try_plane(reached, plane, k == 0, step, least_m, worth, tick);
     // A facet that slides past is not kept for long by the best of its planes either.
     if (worth >= 0 && pair.view->has_facet()) return true;
     if (k + 1 != reached.exposed_count) continue;

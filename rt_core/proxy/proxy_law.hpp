@@ -325,8 +325,9 @@ class Proxy {
                                  ProxyTick& tick) const noexcept;
   [[nodiscard]] HeldGap held_gap(const ReachedPair& reached, const Step& step, Real far_m,
                                  Real turn_rad) const noexcept;
-  void try_plane(ReachedPair& reached, const ValidPlane& plane, bool first, const Step& step,
-                 Real least_m, Real& worth, ProxyTick& tick) const noexcept;
+  [[nodiscard]] Real try_plane(ReachedPair& reached, const ValidPlane& plane, bool first,
+                               const Step& step, Real least_m, Real worth,
+                               ProxyTick& tick) const noexcept;
   [[nodiscard]] bool certify_by_face(ReachedPair& reached, const Step& step, Real least_m,
                                      Real& worth, ProxyTick& tick) const noexcept;
   [[nodiscard]] bool certify(ReachedPair& reached, const Step& step, Real least_m,

@@ -32,10 +32,10 @@ Command add_stability_command(CLI::App& program) {
   app->add_flag("--quick", o->run.quick, "fewer cells, shorter runs");
   app->add_option("--parts", o->parts, "numbers of the parts to run; default: all of this build")
       ->delimiter(',');
-  tools::add_choices<LawId>(*app, "--laws", o->run.laws,
-                            {{law_name(LawId::kPaper), LawId::kPaper},
-                             {law_name(LawId::kProxy), LawId::kProxy}},
-                            "laws to look at; default: all");
+  tools::add_choices<LawId>(
+      *app, "--laws", o->run.laws,
+      {{law_name(LawId::kPaper), LawId::kPaper}, {law_name(LawId::kProxy), LawId::kProxy}},
+      "laws to look at; default: all");
   app->add_option("--threads", o->run.threads, "default: one per processor")
       ->check(CLI::Range(1u, 256u));
   return {app,

@@ -29,7 +29,7 @@ PlanPose end_within_limits(const SceneView& scene, const SlidingPart& part, cons
   if (left.empty()) return pose;
   throw InputError(name + ": " + left +
                    (scene.is_locked() ? "; give x,y,z within the limits and no quaternion, or "
-                                     : "; give a pose within the limits, or ") +
+                                      : "; give a pose within the limits, or ") +
                    "widen them in the scene file and compile it again");
 }
 
