@@ -10,6 +10,7 @@
 #include "host_sim/lab/optional/studies.hpp"
 #include "host_sim/lab/pareto/pareto_report.hpp"
 #include "host_sim/lab/peers/exhaustive_peer.hpp"
+#include "host_sim/report/picture.hpp"
 #include "host_sim/timing/tick_times.hpp"
 #include "tools/common/error.hpp"
 

@@ -298,9 +298,11 @@ std::string driver_help() {
   std::ostringstream text;
   text << std::left << "[device] driver is one of\n";
   for (const hal::DriverRow& row : hal::driver_rows()) {
-    text << "  " << std::setw(12) << row.name << row.product << '\n';
+    text << "  " << std::setw(12) << row.name << row.product;
+    if (!row.note.empty()) text << ". " << row.note;
+    text << '\n';
     for (const hal::DriverKey& key : row.keys)
-      text << "    " << std::setw(24) << key.name << key.help << '\n';
+      text << "    " << std::setw(26) << key.name << key.help << '\n';
   }
   text << "  " << std::setw(12) << kSimulated << "a handle in this process; no hardware\n";
   return text.str();
