@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # The studies of the laboratory: comparisons, tables and figures that answer a question once. HAPTIC_BUILD_STUDIES builds them
-# into host_lab; without it `*_absent.cpp` stand in, which say how to get them.
+# into host_lab; without it files whose names end in _absent stand in, and say how to get them.
 set(haptic_study_commands)
 if(HAPTIC_BUILD_STUDIES)
   target_sources(haptic_host_lab

@@ -78,6 +78,12 @@ struct SceneTables {
   SceneAccount account;                   ///< not a section
 };
 
+/// How many, as records hold it.
+template <typename T>
+[[nodiscard]] std::uint32_t size32(const std::vector<T>& v) {
+  return static_cast<std::uint32_t>(v.size());
+}
+
 /// Offset of `words` in the text section, which grows by them.
 std::uint32_t add_text(SceneTables& t, const std::string& words);
 
