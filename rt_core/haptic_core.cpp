@@ -149,7 +149,7 @@ StepResult with_felt(StepResult result, const FreePose& free, const Pose& pose_w
   return result;
 }
 
-/// Whether the header's state bytes are those of this machine. The graph compiler states what
+/// True if the header's state bytes are those of this machine. The graph compiler states what
 /// 64-bit addresses need; narrower ones need less, so there the stated bytes have to suffice.
 bool states_enough(std::uint64_t stated, std::size_t needed) noexcept {
   return sizeof(void*) == sizeof(std::uint64_t) ? stated == needed : stated >= needed;

@@ -38,7 +38,7 @@ inline void store_lanes(const RealLanes& from, Real* to) noexcept {
   std::memcpy(to, &from, sizeof(from));
 }
 
-/// Whether any lane of a comparison holds.
+/// True if any lane of a comparison holds.
 inline bool any_lane(const LaneMask& mask) noexcept {
   LaneInt any = 0;
   for (std::uint32_t k = 0; k < kLanes; ++k) any |= mask[k];

@@ -48,7 +48,7 @@ struct Spring {
 /// -dV/dq_d.
 [[nodiscard]] Wrench spring_wrench(const Spring& spring, const PoseError& error) noexcept;
 
-/// Whether force or torque has reached its limit.
+/// True if force or torque has reached its limit.
 [[nodiscard]] bool is_saturated(const Spring& spring, const PoseError& error) noexcept;
 
 /// The spring without limits that gives the same wrench at `error` and whose energy rises no less

@@ -27,7 +27,7 @@ void DirectWrench::read_scene(const SceneView& scene, bool has_seams) noexcept {
   has_seams_ = has_seams;
 }
 
-/// Whether a patch is part of the contact that `leader` leads: one plane of the static body, which
+/// True if a patch is part of the contact that `leader` leads: one plane of the static body, which
 /// a rigid part meets at its deepest point, however far each piece reaches, or one plane at one
 /// depth.
 bool DirectWrench::joins(const ContactPatch& patch, const ContactPatch& leader) const noexcept {

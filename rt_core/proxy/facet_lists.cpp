@@ -114,7 +114,7 @@ void FacetScreen::refuse(const ScreenMiss& miss) noexcept {
   clear_m_ = std::min(clear_m_, static_cast<Real>(slack_m));
 }
 
-/// Whether a row has left the place that its planes are measured from.
+/// True if a row has left the place that its planes are measured from.
 bool FacetScreen::is_far_from_origin(const Row& row, const Placed& at, Real range_m) noexcept {
   const Real far_m = radius_of(at) + range_m;
   return (middle_of(at) - row.origin_w).squaredNorm() > far_m * far_m;

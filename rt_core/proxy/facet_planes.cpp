@@ -138,7 +138,7 @@ bool FacetScreen::find_closest(const Placed& at, const Between& between, Tried& 
   return tried.best.worth_m() >= between.need_m;
 }
 
-/// Whether a plane that turns on the way keeps them apart: from a direction that does so at p to
+/// True if a plane that turns on the way keeps them apart: from a direction that does so at p to
 /// one that does at q.
 bool FacetScreen::turns_past(const Row& row, Real lever_m, const Way& way, const Tried& tried,
                              Vec3& normal_q_w) const noexcept {

@@ -46,7 +46,7 @@ class NearPairs;
 
 class FacetScreen {
  public:
-  /// Whether a scene is screened: every piece is a facet, and there are many pairs.
+  /// True if a scene is screened: every piece is a facet, and there are many pairs.
   [[nodiscard]] static bool serves(const SceneView& scene) noexcept;
   /// Room for all of a scene that is.
   void place(Arena& arena, const SceneView& scene) noexcept;

@@ -155,7 +155,7 @@ std::uint32_t FacetScreen::worst_lost(float need_m) noexcept {
   return end;
 }
 
-/// Whether a plane, fixed or turning, certifies a lane on the way; `tried`: what was looked at.
+/// True if a plane, fixed or turning, certifies a lane on the way; `tried`: what was looked at.
 bool FacetScreen::certify_lost(const Lost& lost, std::uint32_t facet, const LostRow& at,
                                const Way& way, Tried& tried) noexcept {
   const Row& row = rows_[lost.row];

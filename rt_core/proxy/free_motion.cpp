@@ -89,7 +89,7 @@ Real FreeMotion::room_to_limit(const Wrench& spring_w) const noexcept {
   return std::max(room, Real{1});
 }
 
-/// Whether the part has stayed where it is although a pull is left that nothing holds: of the last
+/// True if the part has stayed where it is although a pull is left that nothing holds: of the last
 /// program, with its friction, and of the planes that the part touches. A part that nothing touches
 /// is free in rotation too.
 bool FreeMotion::is_stuck(const FreePose& free) const noexcept {

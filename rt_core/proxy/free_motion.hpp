@@ -39,7 +39,7 @@ class FreeMotion {
   [[nodiscard]] const GripPose* pose() const noexcept {
     return proxy_.started() ? &proxy_.pose() : nullptr;
   }
-  /// Whether the proxy stood at its goal at the end of the last tick and touched nothing.
+  /// True if the proxy stood at its goal at the end of the last tick and touched nothing.
   [[nodiscard]] bool at_rest() const noexcept { return at_rest_; }
   /// Planes that hold the proxy, of the last tick.
   [[nodiscard]] const FeltContact& felt() const noexcept { return proxy_.felt(); }

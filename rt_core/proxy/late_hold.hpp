@@ -28,7 +28,7 @@ class LateHold {
   void reset() noexcept { *this = LateHold{}; }
   /// The error that is felt. `radius_m`: of the part. Cost: a copy; while it is late a few roots.
   [[nodiscard]] PoseError felt(const LeftPull& pull, const Spring& spring, Real radius_m) noexcept;
-  /// Whether the last one was shorter than the spring's.
+  /// True if the last one was shorter than the spring's.
   [[nodiscard]] bool holds() const noexcept { return holds_; }
 
  private:

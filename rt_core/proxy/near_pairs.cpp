@@ -234,7 +234,7 @@ Real NearPairs::share_of(std::uint32_t node_a) const noexcept {
   return std::clamp(lever_m * (1 + 4 * kRealEpsilon) / at.radius_m, at.least_share, Real{1});
 }
 
-/// Whether the pieces of two nodes are farther apart than a share of the range: their spheres are,
+/// True if the pieces of two nodes are farther apart than a share of the range: their spheres are,
 /// or where there are boxes these are, along the axes of either. Of two leaves within it `gap_m` is
 /// the lower bound that says so.
 bool NearPairs::is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real share,

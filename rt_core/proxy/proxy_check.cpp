@@ -133,7 +133,7 @@ Real Proxy::worth_m(const ReachedPair& reached, Real least_m) const noexcept {
   return std::min(worth, reached.path_m - deepest_on_way(parameters_.scale, reached.gap_p_m));
 }
 
-/// Whether the plane that a pair has certifies it.
+/// True if the plane that a pair has certifies it.
 bool Proxy::keeps_plane(ReachedPair& reached, const Step& step, Real least_m,
                         ProxyTick& tick) const noexcept {
   reached.exact_q = true;
@@ -144,7 +144,7 @@ bool Proxy::keeps_plane(ReachedPair& reached, const Step& step, Real least_m,
   return worth_m(reached, least_m) >= 0;
 }
 
-/// Whether to find the set of planes of a pair takes long.
+/// True if to find the set of planes of a pair takes long.
 bool Proxy::has_many_nodes(const ReachedPair& reached) const noexcept {
   return near_.pairs[reached.pair].view->record.node_count >= kManyNodes;
 }
@@ -166,7 +166,7 @@ Real Proxy::try_plane(ReachedPair& reached, const ValidPlane& plane, bool first,
   return found.worth_m;
 }
 
-/// Whether a face certifies a pair whose valid set takes long to find.
+/// True if a face certifies a pair whose valid set takes long to find.
 bool Proxy::certify_by_face(ReachedPair& reached, const Step& step, Real least_m, Real& worth,
                             ProxyTick& tick) const noexcept {
   const ProxyPair& pair = near_.pairs[reached.pair];
@@ -389,7 +389,7 @@ void Proxy::StepCheck::look_at_lacking() noexcept {
   first_ = kNone;
 }
 
-/// Whether the check before found a pair so far apart that it still is.
+/// True if the check before found a pair so far apart that it still is.
 bool Proxy::StepCheck::is_still_sound(ReachedPair& reached, const ProxyPair& pair) const noexcept {
   const bool was_sound = knows_ && reached.sound && reached.checked + 1 == proxy_.pass_.checks;
   reached.checked = proxy_.pass_.checks;
@@ -404,7 +404,7 @@ bool Proxy::StepCheck::is_still_sound(ReachedPair& reached, const ProxyPair& pai
   return true;
 }
 
-/// Whether the direction that is held for a pair certifies it.
+/// True if the direction that is held for a pair certifies it.
 bool Proxy::StepCheck::is_held(ReachedPair& reached, const ProxyPair& pair) noexcept {
   HeldGap held = proxy_.held_gap(reached, step_, far_m_, turn_rad_);
   if (!reached.exact_p && !(held.on_way_m > tolerance_m_)) {
@@ -421,7 +421,7 @@ bool Proxy::StepCheck::is_held(ReachedPair& reached, const ProxyPair& pair) noex
   return true;
 }
 
-/// Whether a pair needs no other plane than its own, or cannot be told for want of budget.
+/// True if a pair needs no other plane than its own, or cannot be told for want of budget.
 bool Proxy::StepCheck::is_certified(ReachedPair& reached, ProxyPair& pair) noexcept {
   if (is_still_sound(reached, pair)) return true;
   reached.sound = is_held(reached, pair);

@@ -97,7 +97,7 @@ PlaneGap Proxy::gap_at_p(const ImposedPlane& plane, ProxyTick& tick) const noexc
                    plane.support);
 }
 
-/// Whether the planes that hold p may be a low step, and no climb here has just led nowhere over
+/// True if the planes that hold p may be a low step, and no climb here has just led nowhere over
 /// the same pairs.
 bool Proxy::may_climb(ProxyTick& tick) noexcept {
   const Real climb_m = parameters_.scale.climb_m;
@@ -203,7 +203,7 @@ bool Proxy::find_rise(Rise& rise, ProxyTick& tick) noexcept {
   return rise.way_m.squaredNorm() <= most_m * most_m;
 }
 
-/// Whether the part rubs on planes that look elsewhere than each other, beside those that it would
+/// True if the part rubs on planes that look elsewhere than each other, beside those that it would
 /// rise over: in a thread a rise would let go of what holds it.
 bool Proxy::is_wedged_beside(const Rise& rise) const noexcept {
   const FrictionCone* first = nullptr;

@@ -243,7 +243,7 @@ void Proxy::note_slip(const Step& step) noexcept {
   }
 }
 
-/// Whether planes with friction hold the part: it rests where they were when it came, not where
+/// True if planes with friction hold the part: it rests where they were when it came, not where
 /// others would let it go.
 bool Proxy::sticks() const noexcept {
   if (!has_friction()) return false;

@@ -90,7 +90,7 @@ bool Proxy::is_imposed(std::uint32_t pair, const PlaneId& id) const noexcept {
       [&](const ImposedPlane& plane) { return plane.pair == pair && plane.id == id; });
 }
 
-/// Whether the features of the plane that came closest to certifying a pair of facets touch, or
+/// True if the features of the plane that came closest to certifying a pair of facets touch, or
 /// would along it: at p, or at the end of `step`. Not asked of others.
 bool Proxy::meets(const ReachedPair& reached, const Step* step, ProxyTick& tick) noexcept {
   const ProxyPair& pair = near_.pairs[reached.pair];
@@ -217,7 +217,7 @@ void Proxy::take_touching(const ReachedPair& reached, ImposedPlane& plane,
   }
 }
 
-/// Whether two planes of one pair are imposed: one of them may be more than the pair needs.
+/// True if two planes of one pair are imposed: one of them may be more than the pair needs.
 bool Proxy::crowded() const noexcept {
   for (std::uint32_t k = 0; k < program_.imposed.size(); ++k) {
     for (std::uint32_t l = 0; l < k; ++l) {
@@ -227,7 +227,7 @@ bool Proxy::crowded() const noexcept {
   return false;
 }
 
-/// Whether the planes that hold the proxy where it is must be chosen from the start to be sure: the
+/// True if the planes that hold the proxy where it is must be chosen from the start to be sure: the
 /// goal rests, or the last choice is long ago, sooner where they are others than then.
 bool Proxy::choice_is_due() noexcept {
   std::uint64_t planes = 0;

@@ -227,7 +227,7 @@ void Proxy::reset() noexcept {
   found_.sets_version = 0;
 }
 
-/// Whether a tick may begin something that costs more than a gap. The first of its kind it always
+/// True if a tick may begin something that costs more than a gap. The first of its kind it always
 /// may.
 bool Proxy::may_begin(Grant grant, ProxyTick& tick) noexcept {
   const bool first = (move_.grants & grant) == 0;
@@ -485,7 +485,7 @@ void Proxy::tell_gap(PassEnd end, ProxyTick& tick) noexcept {
   }
 }
 
-/// Whether a tick with the same goal could find anything better; `chosen`: this one has chosen its
+/// Notes if a tick with the same goal could find anything better; `chosen`: this one has chosen its
 /// planes from the start.
 void Proxy::end_rest(PassEnd end, bool chosen, const ProxyTick& tick) noexcept {
   rest_.still = !tick.moved && !tick.inside && !tick.spent &&

@@ -115,7 +115,7 @@ class Proxy {
   [[nodiscard]] Real list_motion_m(Real far_m, Real turn_rad) const noexcept {
     return far_m / near_.list.least_share() + turn_rad * parameters_.radius_m;
   }
-  /// Whether the scene has more pairs than slots, of pieces whose faces are asked then.
+  /// True if the scene has more pairs than slots, of pieces whose faces are asked then.
   [[nodiscard]] bool has_left_out() const noexcept { return near_.list.may_leave_out(); }
   /// What the gap of every pair is at least that the list has had no slot for.
   [[nodiscard]] Real left_out_m() const noexcept;
@@ -179,7 +179,7 @@ class Proxy {
   [[nodiscard]] Real most_trust_m() const noexcept;
   /// Some piece is a facet.
   [[nodiscard]] bool has_facets() const noexcept { return kSceneTraits.facets && near_.has_facets; }
-  /// Whether there are facets, and so many pairs that a list of those near takes long.
+  /// True if there are facets, and so many pairs that a list of those near takes long.
   [[nodiscard]] bool has_long_lists() const noexcept {
     return has_facets() && range_.visits_of_tick >= kListVisitsOfTick;
   }
@@ -281,7 +281,7 @@ class Proxy {
   [[nodiscard]] bool is_first_pass() const noexcept {
     return move_.pass_of_tick == 0 && climb_.leg == 0;
   }
-  /// Whether something of the scene rubs.
+  /// True if something of the scene rubs.
   [[nodiscard]] bool has_friction() const noexcept {
     return kSceneTraits.friction && program_.cones.capacity() > 0;
   }

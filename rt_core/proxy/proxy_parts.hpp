@@ -118,7 +118,7 @@ struct ReachedPair {
   bool sound = false;     ///< the check of number `checked` has certified it
   std::uint32_t checked = 0;
   std::uint32_t next_open = 0;  ///< of those that a check has found to lack
-  /// Whether a plane of another pair, moved out of the way, clears it too.
+  /// True if a plane of another pair, moved out of the way, clears it too.
   [[nodiscard]] bool follows() const noexcept { return shared_m > gap_q_m; }
   /// Its valid set; the first `exposed_count` of it can carry a force.
   std::uint32_t valid_begin = 0, valid_count = 0, exposed_count = 0;

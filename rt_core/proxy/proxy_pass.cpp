@@ -92,7 +92,7 @@ bool Proxy::PassTry::affordable(const Step& step) noexcept {
   return end_j_ <= limit_j_ || (end_j_ == 0 && start_j_ > 0);  // what arrives is done
 }
 
-/// Whether the step that was `found`, `ok` or not, shows that there is no better place for p.
+/// True if the step that was `found`, `ok` or not, shows that there is no better place for p.
 bool Proxy::PassTry::is_done(bool found, bool ok) noexcept {
   if (!found) return false;
   if (!ok && eases_ && !closes_) return true;  // it sticks
@@ -230,7 +230,7 @@ void Proxy::begin_program() noexcept {
   pass_.keeps_active = false;
 }
 
-/// Whether the goal rests and friction holds the part where it is, but for a small share of the
+/// True if the goal rests and friction holds the part where it is, but for a small share of the
 /// pull and a few tolerances.
 bool Proxy::rests(const PoseError& error, const ProxyTick& tick) const noexcept {
   if (rest_.held == 0 || !rests_on_friction()) return false;

@@ -156,7 +156,7 @@ Real Proxy::along_held_m(const ProxyPair& pair) const noexcept {
   return pair.held_m + pair.held_w.dot(middle_w) - (turn_rad * pair.radius_a_m + round_m);
 }
 
-/// Whether a tick may begin the search of a pair: of the first it always may, and pairs that have
+/// True if a tick may begin the search of a pair: of the first it always may, and pairs that have
 /// waited come before others.
 bool Proxy::may_search(ProxyPair& pair, ProxyTick& tick) noexcept {
   const bool first = (move_.grants & kSearchGrant) == 0 && (!near_.waited || pair.waits);
@@ -192,7 +192,7 @@ bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
   return true;
 }
 
-/// Whether a pass can bring the pair into contact; then `reached` tells where it stands: by a lower
+/// True if a pass can bring the pair into contact; then `reached` tells where it stands: by a lower
 /// bound of its gap while that is at least half of what it was, when it was last computed.
 bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept {
   Real gap = pair.gap_m;

@@ -302,7 +302,7 @@ bool Proxy::stay_still(Step& step, ProxyTick& tick) noexcept {
   return true;
 }
 
-/// Whether the goal rests and a step lowers the energy by no more than a part at rest may leave.
+/// True if the goal rests and a step lowers the energy by no more than a part at rest may leave.
 bool Proxy::gains_nothing(const Step& step, const ProxyTick& tick) const noexcept {
   if (rest_.held == 0 || program_.close_m > 0) return false;
   const Real end_j = potential_j(parameters_.spring, error_of(rest_.goal, step.q));

@@ -88,7 +88,7 @@ void Proxy::form_view(ProxyPair& pair, ProxyTick& tick) noexcept {
   pair.view = &near_.views[at];
 }
 
-/// Whether this pass keeps the view of a pair that has one.
+/// True if this pass keeps the view of a pair that has one.
 void Proxy::keep_view(std::uint32_t slot, bool keep) noexcept {
   if (!takes_turns()) return;
   near_.view_of[static_cast<std::uint32_t>(near_.pairs[slot].view - near_.views.data())].kept_in =

@@ -43,7 +43,7 @@ Real Proxy::wanted_shift_m(const FrictionCone& cone, const PoseError& motion) co
   return std::max(slip_m - lift_m / cone.friction, Real{0});
 }
 
-/// Whether no point sinks by `motion`, nor is lifted, where it may not be.
+/// True if no point sinks by `motion`, nor is lifted, where it may not be.
 bool Proxy::shifts_fit(const PoseError& motion, bool may_lift) const noexcept {
   const Real tolerance_m = parameters_.scale.tolerance_m;
   for (const FrictionCone& cone : program_.cones) {
@@ -55,7 +55,7 @@ bool Proxy::shifts_fit(const PoseError& motion, bool may_lift) const noexcept {
   return true;
 }
 
-/// Whether a point comes by a small share of the goal's way at the most.
+/// True if a point comes by a small share of the goal's way at the most.
 bool Proxy::hardly_slides(const FrictionCone& cone, const PoseError& motion) const noexcept {
   return wanted_shift_m(cone, motion) <= kHardlySlides * wanted_shift_m(cone, slip_.way);
 }
@@ -112,7 +112,7 @@ void Proxy::settle_cones(const PoseError& error, Real tolerance_m, ProxyTick& ti
   }
 }
 
-/// Whether the goal goes on and no point comes along by `motion`.
+/// True if the goal goes on and no point comes along by `motion`.
 bool Proxy::is_held(const PoseError& motion) const noexcept {
   for (const FrictionCone& cone : program_.cones) {
     if (!hardly_slides(cone, motion)) return false;
@@ -129,7 +129,7 @@ void Proxy::take(const Balance& balance) noexcept {
   }
 }
 
-/// Whether by a balance that has not come to its end no point slides by many times what it does in
+/// True if by a balance that has not come to its end no point slides by many times what it does in
 /// the program or comes by with the goal.
 bool Proxy::is_near(const PoseError& balanced, const PoseError& motion) const noexcept {
   for (const FrictionCone& cone : program_.cones) {
@@ -283,7 +283,7 @@ bool Proxy::find_balance(const PoseError& error, bool begins, Balance& found,
   return true;
 }
 
-/// Whether by a balance nothing sinks, no row is left out, and what sticks does not slide.
+/// True if by a balance nothing sinks, no row is left out, and what sticks does not slide.
 bool Proxy::keeps_the_rest(const Balance& found,
                            std::span<const std::uint32_t> stuck) const noexcept {
   const Real sink_m = kRowShare * parameters_.scale.tolerance_m;

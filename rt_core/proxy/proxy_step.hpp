@@ -14,7 +14,7 @@ struct Proxy::Step {
   Vec3 dx_m = Vec3::Zero(), dtheta_rad = Vec3::Zero();
 };
 
-/// Whether every reached pair has kept a plane with a gap, and the pair that lacks most.
+/// The result of a check: every reached pair has kept a plane with a gap, or one lacks it most.
 struct Proxy::Check {
   bool ok = true;
   Real lacking_m = 0;       ///< how far below the least allowed gap the worst pair is

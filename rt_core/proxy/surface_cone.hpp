@@ -13,7 +13,7 @@ namespace haptic {
 /// of a mesh file leave of flat faces, and what a step turns the part by.
 inline constexpr Real kConeSlack = 2.0e-3_r;
 
-/// Whether no direction in which the surfaces of the two pieces go on from the features of a node
+/// True if no direction in which the surfaces of the two pieces go on from the features of a node
 /// lies beyond its plane: `normal_w` is its unit normal, from B to A. True of pieces that are no
 /// facets. Cost: the directions at a vertex, or at two edges.
 [[nodiscard]] inline bool goes_on_behind(const PairView& pair, const Mat3& r_wa,

@@ -60,7 +60,7 @@ struct ValidResult {
                                             const ValidScratch& scratch,
                                             std::span<ValidPlane> planes) noexcept;
 
-/// Whether the edge pair of a type-C plane, with its normal, is a C-face at this orientation. Types
+/// True if the edge pair of a type-C plane, with its normal, is a C-face at this orientation. Types
 /// A and B: always. Cost: four dot products.
 [[nodiscard]] bool plane_applies(const PairView& pair, const Mat3& r_wa,
                                  const PlaneId& id) noexcept;

@@ -75,7 +75,7 @@ class Arming {
     return first_;
   }  ///< those of the tick that latched first
   [[nodiscard]] std::uint32_t count() const noexcept { return count_; }  ///< of armings
-  /// Whether the output may be other than zero: the ramp is asked in.
+  /// True if the output may be other than zero: the ramp is asked in.
   [[nodiscard]] bool wants_force() const noexcept {
     return state_ == ArmingState::kArming || state_ == ArmingState::kArmed;
   }

@@ -35,7 +35,7 @@ class MovingFrame {
   /// to release the hand.
   bool follow(const FrameRecord& newest, std::int64_t now_ns, bool felt) noexcept;
 
-  /// Whether a pose was ever given; else the frame is W and the functions below need not be asked.
+  /// True if a pose was ever given; else the frame is W and the functions below need not be asked.
   [[nodiscard]] bool is_used() const noexcept { return number_ != 0; }
   /// In the last tick the frame went to another place at once: history in it is void.
   [[nodiscard]] bool has_jumped() const noexcept { return jumped_; }

@@ -19,7 +19,7 @@ inline constexpr PairIndex kNoPair = ~PairIndex{0};
 /// Pairs that are listed, each with its own marks, however few pieces there are.
 inline constexpr std::uint64_t kMostListedPairs = 4096;
 
-/// Whether the contact at the goal pose can be searched: every law but kProxy needs it.
+/// True if the contact at the goal pose can be searched: every law but kProxy needs it.
 constexpr bool has_goal_contact(const SceneParameters& p) noexcept {
   return p.law != LawId::kProxy || p.goal_contact != 0;
 }
@@ -29,7 +29,7 @@ constexpr bool has_facets(std::span<const PieceRecord> pieces) noexcept {
   return std::any_of(pieces.begin(), pieces.end(), is_flat);
 }
 
-/// Whether kPairs lists the pairs of a scene; else there is one of every piece of A with every
+/// True if kPairs lists the pairs of a scene; else there is one of every piece of A with every
 /// other one, in the order of the pieces. `facets`: some piece is one; such a scene has no search
 /// at the goal.
 constexpr bool lists_pairs(const SceneParameters& p, std::uint64_t pieces_a, std::uint64_t pieces_b,

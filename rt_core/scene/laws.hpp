@@ -2,11 +2,13 @@
 #pragma once
 /// The laws of force that a scene may name, one row each.
 
+#include <cstdint>
 #include <cstring>
 
-#include "rt_core/scene/scene_format.hpp"
-
 namespace haptic {
+
+/// A number is never given to another law.
+enum class LawId : std::uint32_t { kPaper = 1, kProxy = 2 };
 
 struct LawRow {
   LawId id;
@@ -18,6 +20,17 @@ inline constexpr LawRow kLaws[] = {
     {LawId::kProxy, "proxy", "a felt part that never enters the others, drawn by a spring"},
     {LawId::kPaper, "paper", "force and torque of the depth at the goal, as published"},
 };
+
+/// A set of laws: bit of each.
+using LawSet = std::uint32_t;
+[[nodiscard]] constexpr LawSet law_set(LawId id) noexcept {
+  return LawSet{1} << static_cast<std::uint32_t>(id);
+}
+[[nodiscard]] constexpr LawSet all_laws() noexcept {
+  LawSet set = 0;
+  for (const LawRow& law : kLaws) set |= law_set(law.id);
+  return set;
+}
 
 [[nodiscard]] constexpr const LawRow* find_law(LawId id) noexcept {
   for (const LawRow& law : kLaws) {

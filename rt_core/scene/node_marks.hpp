@@ -192,7 +192,7 @@ struct LiveCounts {
           count_bits(set, 0, features.count())};
 }
 
-/// Whether a search for what carries force must be made apart: some node only separates.
+/// True if a search for what carries force must be made apart: some node only separates.
 [[nodiscard]] constexpr bool has_hidden(const LiveCounts& reachable,
                                         const LiveCounts& live) noexcept {
   return live.nodes < reachable.nodes;

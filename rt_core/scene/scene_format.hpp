@@ -13,6 +13,7 @@
 #include <type_traits>
 
 #include "rt_core/base/scalar.hpp"
+#include "rt_core/scene/laws.hpp"
 
 namespace haptic {
 
@@ -148,8 +149,6 @@ inline constexpr double kMaxFriction = 2.0;
 inline constexpr double kMaxHeldMass_kg = 1.0e6;
 inline constexpr double kMaxGravity_m_per_s2 = 1.0e4;
 
-enum class LawId : std::uint32_t { kPaper = 1, kProxy = 2 };
-
 /// Properties of the haptic device, as they act at its handle; SI units. A value of 0 in a limit
 /// means "not given".
 struct DeviceParameters {
@@ -201,7 +200,7 @@ struct EnvelopeParameters {
   std::uint32_t reserved;
 };
 
-/// Whether the envelope is one orientation: the part never turns.
+/// True if the envelope is one orientation: the part never turns.
 [[nodiscard]] constexpr bool is_one_orientation(const EnvelopeParameters& e) noexcept {
   return (e.given & kOrientationGiven) != 0 && e.max_angle_rad == 0;
 }

@@ -13,11 +13,11 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
   SceneTraits needs{};
   needs.image = true;
   needs.content_hash = scene.header().content_hash;
-  needs.paper = p.law == LawId::kPaper;
-  needs.proxy = p.law == LawId::kProxy;
+  const bool proxy = p.law == LawId::kProxy;
+  needs.laws = law_set(p.law);
   needs.friction = false;
   for (const BodyRecord& body : scene.bodies()) {
-    needs.friction = needs.friction || (needs.proxy && body.friction > 0);
+    needs.friction = needs.friction || (proxy && body.friction > 0);
   }
   std::uint32_t nodes = 0;
   for (const PairRecord& pair : scene.listed_pairs()) nodes = std::max(nodes, pair.node_count);
@@ -31,12 +31,12 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
   needs.facets = has_facets(scene.pieces());
   const bool screened = is_screened(scene.pieces(), scene.bodies()[0].piece_count);
   needs.many_pairs =
-      needs.proxy && !screened &&
+      proxy && !screened &&
       (c.pair_count > c.near_slots || near_seats(c.near_slots, p.coupling.near_pairs).take_turns);
   needs.device =
       p.coupling.passivity != 0 || p.device.given != 0 || p.coupling.damping_ns_per_m > 0;
   needs.goal_contact = has_goal_contact(p);
-  needs.guide = needs.proxy && scene.guide() != nullptr;
+  needs.guide = proxy && scene.guide() != nullptr;
   needs.contact_geometry = needs.table_checks = false;
   // Where a pass displaces a step it has one row per pair (proxy/proxy_pass.cpp).
   needs.qp_rows =
@@ -47,11 +47,11 @@ SceneTraits needs_of(const SceneView& scene) noexcept {
 
 bool covers(const SceneTraits& compiled, const SceneTraits& needed) noexcept {
   if (compiled.image && compiled.content_hash != needed.content_hash) return false;
+  if ((needed.laws & ~compiled.laws) != 0) return false;
   for (const auto feature :
-       {&SceneTraits::paper, &SceneTraits::proxy, &SceneTraits::friction,
-        &SceneTraits::free_orientation, &SceneTraits::facets, &SceneTraits::many_pairs,
-        &SceneTraits::goal_contact, &SceneTraits::device, &SceneTraits::guide,
-        &SceneTraits::contact_geometry, &SceneTraits::table_checks}) {
+       {&SceneTraits::friction, &SceneTraits::free_orientation, &SceneTraits::facets,
+        &SceneTraits::many_pairs, &SceneTraits::goal_contact, &SceneTraits::device,
+        &SceneTraits::guide, &SceneTraits::contact_geometry, &SceneTraits::table_checks}) {
     if (needed.*feature && !(compiled.*feature)) return false;
   }
   return compiled.qp_rows >= needed.qp_rows && compiled.valid_visits >= needed.valid_visits;

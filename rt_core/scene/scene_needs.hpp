@@ -13,7 +13,7 @@ namespace haptic {
 /// (SceneTraits::contact_geometry and after) is off. Cost: O(bodies + pairs).
 [[nodiscard]] SceneTraits needs_of(const SceneView& scene) noexcept;
 
-/// Whether a program compiled with `compiled` can run a scene that needs `needed`: every feature
+/// True if a program compiled with `compiled` can run a scene that needs `needed`: every feature
 /// and all the room, and in an image the very blob.
 [[nodiscard]] bool covers(const SceneTraits& compiled, const SceneTraits& needed) noexcept;
 

@@ -19,9 +19,8 @@ struct SceneTraits {
   bool image = false;  ///< compiled for the one scene whose blob has `content_hash`
   std::uint64_t content_hash = 0;
 
-  // Laws.
-  bool paper = true, proxy = true;
-  bool friction = true;  ///< law proxy: a static body rubs
+  LawSet laws = all_laws();  ///< those that are compiled
+  bool friction = true;      ///< law proxy: a static body rubs
 
   bool free_orientation = true;  ///< the part turns; without it the program has no columns for it
 
@@ -43,15 +42,17 @@ struct SceneTraits {
   std::uint32_t qp_rows = kMaxFrictionRows;      ///< of one quadratic program of the proxy
   std::uint32_t valid_visits = kMaxValidVisits;  ///< nodes of one search for valid planes
 
-  /// Whether the rotation is locked; known to the compiler where no part turns.
+  /// True if the rotation is locked; known to the compiler where no part turns.
   [[nodiscard]] constexpr bool is_locked(bool locked) const noexcept {
     return !free_orientation || locked;
   }
 
-  /// Whether a scene of law `law` has law `id`; known to the compiler where no other is compiled.
+  /// True if a scene of law `law` has law `id`; known to the compiler where no other is compiled.
   [[nodiscard]] constexpr bool is_law(LawId law, LawId id) const noexcept {
-    const bool compiled = id == LawId::kPaper ? paper : proxy;
-    return compiled && (paper != proxy || law == id);
+    return has_law(id) && (laws == law_set(id) || law == id);
+  }
+  [[nodiscard]] constexpr bool has_law(LawId id) const noexcept {
+    return (laws & law_set(id)) != 0;
   }
 };
 

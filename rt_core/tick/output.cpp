@@ -6,7 +6,7 @@
 namespace haptic {
 namespace {
 
-/// Whether anything asks how fast the device moves.
+/// True if anything asks how fast the device moves.
 bool needs_twist(const SceneParameters& p) noexcept {
   return p.device.given != 0 || p.coupling.passivity != 0 || p.coupling.damping_ns_per_m > 0;
 }

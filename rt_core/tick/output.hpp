@@ -54,7 +54,7 @@ class OutputStage {
  private:
   /// Time of this report; without stamps ticks are a period apart.
   [[nodiscard]] std::int64_t stamp_of(const StepInput& input) const noexcept;
-  /// Whether the device is taken for one of three degrees of freedom: a part that never turns has
+  /// True if the device is taken for one of three degrees of freedom: a part that never turns has
   /// no torque under law proxy; the other laws report it.
   [[nodiscard]] bool device_translates() const noexcept {
     return kSceneTraits.is_locked(locked_) && kSceneTraits.is_law(law_, LawId::kProxy);

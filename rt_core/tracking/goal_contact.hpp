@@ -22,7 +22,7 @@ namespace haptic {
 
 /// What an image may do without: patches are merged by the laws but the proxy's, hulls are formed
 /// by them and for who asks for the contact's geometry.
-inline constexpr bool kMergesPatches = kSceneTraits.paper;
+inline constexpr bool kMergesPatches = kSceneTraits.has_law(LawId::kPaper);
 inline constexpr bool kFormsHulls = kMergesPatches || kSceneTraits.contact_geometry;
 
 /// Work of a search, and the flags that it sets.

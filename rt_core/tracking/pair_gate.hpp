@@ -39,7 +39,7 @@ struct GatePlane {
   }
 };
 
-/// Whether a gap proves that the pair lies beyond the exact band. A plane of an edge pair need not
+/// True if a gap proves that the pair lies beyond the exact band. A plane of an edge pair need not
 /// be a C-face any more once the bodies have turned, so it is trusted at twice the distance only.
 [[nodiscard]] constexpr bool is_far(double gap_m, bool face, double exact_band_m) noexcept {
   return gap_m > (face ? 1 : 2) * exact_band_m;

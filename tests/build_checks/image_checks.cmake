@@ -92,7 +92,7 @@ function(haptic_traits_probe image what from to)
     "-DOBJECTS=$<JOIN:$<TARGET_OBJECTS:${image}_state_size>,|>|${images}/${image}_state_size_scene.o"
     -P ${checks}/image_traits_probe.cmake)
 endfunction()
-haptic_traits_probe(image_peg no_law "proxy = true" "proxy = false")
+haptic_traits_probe(image_peg no_law "laws = [0-9]+u" "laws = 2u")
 haptic_traits_probe(image_peg no_turn "free_orientation = true" "free_orientation = false")
 haptic_traits_probe(image_peg less_room "qp_rows = [0-9]+" "qp_rows = 95")
 haptic_traits_probe(image_peg other_hash "content_hash = 0x[0-9a-f]+u" "content_hash = 0x0123456789abcdefu")
@@ -137,7 +137,6 @@ if(HAPTIC_ALL_CHECKS)
   set_target_properties(image_fixed general_fixed PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
   haptic_image_check(image_bits.fixed ${CMAKE_COMMAND} -DIMAGE=$<TARGET_FILE:image_fixed>
     -DHOSTED=$<TARGET_FILE:general_fixed> -DIN_PROCESS=ON -P ${checks}/same_bits.cmake)
-  haptic_traits_probe(image_fixed no_fixed_planes "fixed_orientation = true" "fixed_orientation = false")
   haptic_traits_probe(image_fixed no_device "device = true" "device = false")
   haptic_traits_probe(image_fixed less_visits "valid_visits = [0-9]+" "valid_visits = 2")
 

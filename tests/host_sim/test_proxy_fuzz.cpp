@@ -158,7 +158,7 @@ TEST_SUITE("host_sim.proxy_fuzz") {
       const char *words, *stem, *fault;
     };
     for (const Row& row : {Row{"crossings --crossings 4", "crossings", "certificate"},
-                           Row{"hold --poses 3", "hold", "spring"}}) {
+                           Row{"hold --poses 3", "hold", "restless"}}) {
       INFO(row.words);
       const std::string out = folder.file(row.stem);
       CHECK(run_program(HAPTIC_HOST_SIM, std::string(row.words) + " --out " + out).exit_code == 0);

@@ -94,7 +94,7 @@ void require_known_names(CLI::App& program, std::span<const Command> own,
         throw UsageError("there is no command '" + word + "'" + suggestion(word, commands) + " ('" +
                          program.get_name() + " --help' lists them)");
     } else if (const std::vector<std::string> known = option_names(*app);
-               !is_known(known, option)) {
+               !app->get_allow_extras() && !is_known(known, option)) {
       const std::string instead = found_elsewhere(*app, own, option);
       throw UsageError((app == &program ? "there is" : app->get_name() + " has") + " no option '" +
                        option + "'" + (instead.empty() ? suggestion(option, known) : instead) +

@@ -216,7 +216,7 @@ TEST_SUITE("tools.traits_header") {
     const SceneTraits needs = needs_of(scene.view);
     CHECK(needs.image);
     CHECK(needs.content_hash == scene.view.header().content_hash);
-    CHECK((needs.proxy && !needs.paper));
+    CHECK(needs.laws == law_set(LawId::kProxy));
     CHECK((!needs.friction && !needs.device));
     CHECK(needs.free_orientation);
     CHECK(needs.qp_rows == kMaxProxyRows);
@@ -225,7 +225,7 @@ TEST_SUITE("tools.traits_header") {
     other.parameters.law = LawId::kPaper;
     const Opened changed(other);
     const SceneTraits of_other = needs_of(changed.view);
-    CHECK((of_other.paper && !of_other.proxy && of_other.device));
+    CHECK((of_other.laws == law_set(LawId::kPaper) && of_other.device));
     const Opened still(own_scene("tetrahedron_fixed"));
     CHECK_FALSE(needs_of(still.view).free_orientation);
   }
@@ -238,11 +238,11 @@ TEST_SUITE("tools.traits_header") {
     SceneTraits other = needs;
     other.content_hash ^= 1;
     CHECK_FALSE(covers(other, needs));
-    for (bool SceneTraits::*feature : {&SceneTraits::proxy, &SceneTraits::free_orientation}) {
-      SceneTraits less = needs;
-      less.*feature = false;
-      CHECK_FALSE(covers(less, needs));
-    }
+    SceneTraits other_law = needs, no_turn = needs;
+    other_law.laws = law_set(LawId::kPaper);
+    no_turn.free_orientation = false;
+    CHECK_FALSE(covers(other_law, needs));
+    CHECK_FALSE(covers(no_turn, needs));
     for (std::uint32_t SceneTraits::*room : {&SceneTraits::qp_rows, &SceneTraits::valid_visits}) {
       SceneTraits less = needs;
       less.*room -= 1;

@@ -16,9 +16,7 @@ struct Feature {
 };
 
 /// In the order of SceneTraits: designated initialisers must keep it.
-constexpr Feature kFeatures[] = {{"paper", &SceneTraits::paper},
-                                 {"proxy", &SceneTraits::proxy},
-                                 {"friction", &SceneTraits::friction},
+constexpr Feature kFeatures[] = {{"friction", &SceneTraits::friction},
                                  {"free_orientation", &SceneTraits::free_orientation},
                                  {"facets", &SceneTraits::facets},
                                  {"many_pairs", &SceneTraits::many_pairs},
@@ -51,6 +49,7 @@ const std::vector<std::string>& optional_traits() {
 
 std::vector<std::string> trait_names() {
   std::vector<std::string> names;
+  for (const LawRow& law : kLaws) names.emplace_back(law.name);
   for (const Feature& f : kFeatures) names.emplace_back(f.name);
   return names;
 }
@@ -67,7 +66,13 @@ SceneTraits image_traits(const SceneView& scene, const std::vector<std::string>&
     }
     traits.*feature_of(name).member = false;
   }
-  for (const std::string& name : with) traits.*feature_of(name).member = true;
+  for (const std::string& name : with) {
+    if (const LawRow* const law = find_law(name.c_str())) {
+      traits.laws |= law_set(law->id);
+    } else {
+      traits.*feature_of(name).member = true;
+    }
+  }
   if (traits.friction) traits.qp_rows = SceneTraits{}.qp_rows;
   return traits;
 }
@@ -80,7 +85,7 @@ std::string traits_header(const SceneTraits& traits, const std::string& scene_na
       "// Written by graph_compiler --traits from the scene '" + printable(scene_name) +
       "'.\n#pragma once\n\n#include \"rt_core/scene/scene_traits.hpp\"\n\nnamespace haptic {\n\n"
       "inline constexpr SceneTraits kSceneTraits{\n    .image = true,\n    .content_hash = " +
-      std::string(hash) + ",\n";
+      std::string(hash) + ",\n    .laws = " + std::to_string(traits.laws) + "u,\n";
   for (const Feature& f : kFeatures) {
     text += std::string("    .") + f.name + (traits.*f.member ? " = true,\n" : " = false,\n");
   }
