@@ -80,6 +80,7 @@ int motion_for_scene(const MotionArguments& o) {
   CoreSession session(o.scene);
   claim_motion(o.out);
   TouchingOptions options;
+  options.find_way_in = find_way_in;
   options.progress = progress_lines();
   options.shows_ticks = tools::is_terminal(stderr);
   const TouchingMotion made = touching_motion(session, options);

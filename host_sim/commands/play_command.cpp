@@ -88,7 +88,7 @@ void print(const PlayArguments& o, const PlayResult& played) {
 }
 
 int do_play(const PlayArguments& o) {
-  const std::string page = o.html.empty() ? std::string() : read_page();
+  const std::string page = o.html.empty() ? std::string() : tools::read_page();
   CoreSession session(o.scene);
   const std::vector<std::uint8_t> file = read_recording(o.file);
   tools::claim_output(o.html, "--html", {tools::FileFormat::kHtml, {}});
@@ -103,7 +103,7 @@ int do_play(const PlayArguments& o) {
     (void)tape->take(input, result);
   };
   const PlayResult played = play_session(session, file, o.file, watch);
-  if (tape) write_whole_file(o.html, filled_page(page, session.view(), tape->ticks()));
+  if (tape) write_whole_file(o.html, tools::filled_page(page, session.view(), tape->ticks()));
   if (o.json) {
     std::printf("%s\n", account(o, played, judge.verdict()).dump(2).c_str());
   } else {

@@ -18,9 +18,10 @@
 #include "host_sim/session/replay.hpp"
 #include "host_sim/session/replay_plot.hpp"
 #include "host_sim/session/replay_summary.hpp"
-#include "host_sim/view/page_file.hpp"
+#include "host_sim/view/recorded_ticks.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
+#include "tools/live/page_file.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -41,10 +42,10 @@ double half_period_s(const std::vector<MotionSample>& motion) {
 
 void write_page(const std::string& path, const std::string& page, const SceneView& scene,
                 std::span<const MotionSample> motion, std::span<const TickRecord> ticks) {
-  std::vector<RecordedTick> recorded;
+  std::vector<tools::RecordedTick> recorded;
   for (std::size_t k = 0; k < ticks.size(); ++k)
     recorded.push_back(recorded_tick(motion[k], ticks[k].tick, ticks[k].state_hash));
-  write_whole_file(path, filled_page(page, scene, recorded));
+  write_whole_file(path, tools::filled_page(page, scene, recorded));
 }
 
 /// @throws tools::InputError when `option` needs the contact at the device's pose, which the scene
@@ -84,7 +85,7 @@ int do_replay(const ReplayArguments& o) {
   tools::claim_output(o.html, "--html", {tools::FileFormat::kHtml, {}});
   tools::claim_output(o.contacts, "--contacts", tools::csv_kind(kContactCsvHeader));
 
-  const std::string page = o.html.empty() ? std::string() : read_page();
+  const std::string page = o.html.empty() ? std::string() : tools::read_page();
 
   ReplayOptions options;
   options.check = o.check;

@@ -25,12 +25,13 @@
 #include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/replay_plot.hpp"
 #include "host_sim/view/core_tape.hpp"
+#include "host_sim/view/loop_ticks.hpp"
 #include "host_sim/view/mcap_file.hpp"
-#include "host_sim/view/page_file.hpp"
-#include "host_sim/view/server/live_session.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/live/live_session.hpp"
+#include "tools/live/page_file.hpp"
 #include "tools/verdict/verdict_json.hpp"
 
 namespace haptic::sim {
@@ -45,7 +46,7 @@ struct RunArguments {
   std::optional<double> seconds, rate_hz;
   std::optional<unsigned> delay;
   bool report_clocked = false, json = false, serve = false;
-  ServeOptions live;
+  tools::ServeOptions live;
 };
 
 /// The hand's motion at the loop's rate, `seconds` long when that is given: cut, or held at its
@@ -88,7 +89,7 @@ void keep(const RunArguments& o, const std::string& csv, const std::string& svg,
   if (o.json) std::printf("%s\n", json.dump(2).c_str());
 }
 
-void stay(LiveSession& live) {
+void stay(tools::LiveSession& live) {
   std::fflush(stdout);
   std::fprintf(stderr, "host_sim: the session stays to be seen until this is stopped (^C)\n");
   live.wait_for_stop();
@@ -96,11 +97,11 @@ void stay(LiveSession& live) {
 
 /// The loop in real time, for those who watch. Stopped, it goes on as fast as it can.
 std::vector<LoopRecord> run_watched(ClosedLoop& loop, std::span<const MotionSample> motion,
-                                    LiveSession& live, double rate_hz) {
+                                    tools::LiveSession& live, double rate_hz) {
   live.begin();
   const std::int64_t begin_ns = hal::monotonic_ns();
   std::vector<LoopRecord> records = run_loop(loop, motion, [&](const LoopRecord& record) {
-    live.publish(record, rate_hz);
+    live.publish(recorded_tick(record, rate_hz), live_state(record));
     const double due_s = static_cast<double>(record.tick.tick + 1) / rate_hz;
     if (!live.is_stopped()) (void)hal::sleep_until(begin_ns + std::llround(1e9 * due_s));
   });
@@ -110,8 +111,8 @@ std::vector<LoopRecord> run_watched(ClosedLoop& loop, std::span<const MotionSamp
 
 bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& subject,
                const HandModel& hand) {
-  const std::string page = o.html.empty() ? std::string() : read_page();
-  std::optional<LiveSession> live;
+  const std::string page = o.html.empty() ? std::string() : tools::read_page();
+  std::optional<tools::LiveSession> live;
   if (o.serve) live.emplace(o.live, session.view(), false);
   ClosedLoop loop(session, subject.device, hand, subject.rate_hz);
   const std::vector<MotionSample> motion = hand_motion(o, session, subject.rate_hz);
@@ -133,10 +134,10 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
                     within_bounds(session.core().peaks(), session.view().header().capacity));
   if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), records));
   if (!o.html.empty()) {
-    std::vector<RecordedTick> recorded;
+    std::vector<tools::RecordedTick> recorded;
     for (const LoopRecord& record : records)
       recorded.push_back(recorded_tick(record, subject.rate_hz));
-    write_whole_file(o.html, filled_page(page, session.view(), recorded));
+    write_whole_file(o.html, tools::filled_page(page, session.view(), recorded));
   }
   keep(o, loop_csv(records, GuideLegs(session.view())),
        replay_plot(ticks, title_of(o, session), session.view().parameters().exact_band_m),
@@ -150,23 +151,23 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
 struct StackWatchers {
   hal::BusRecorder* recorder = nullptr;
   CoreTape* tape = nullptr;
-  std::optional<RecordedTick> newest;  ///< of the tape, since it was last taken away
+  std::optional<tools::RecordedTick> newest;  ///< of the tape, since it was last taken away
 
   static void watch(void* self, const ServoInput& input, const ServoResult& result) {
     auto& watchers = *static_cast<StackWatchers*>(self);
     if (watchers.recorder != nullptr) hal::BusRecorder::watch(watchers.recorder, input, result);
     if (watchers.tape == nullptr) return;
-    const std::optional<RecordedTick> tick = watchers.tape->take(input, result);
+    const std::optional<tools::RecordedTick> tick = watchers.tape->take(input, result);
     if (tick) watchers.newest = tick;
   }
 };
 
 /// In real time, for those who watch. Stopped, it goes on as fast as it can.
 std::vector<StackRecord> run_stack_watched(DeviceStack& stack, std::span<const MotionSample> motion,
-                                           LiveSession& live, StackWatchers& watchers) {
+                                           tools::LiveSession& live, StackWatchers& watchers) {
   const std::int64_t begin_ns = hal::monotonic_ns();
   std::vector<StackRecord> records = run_stack(stack, motion, [&](const StackRecord& record) {
-    if (watchers.newest) live.publish(*watchers.newest, record.loop);
+    if (watchers.newest) live.publish(*watchers.newest, live_state(record.loop));
     watchers.newest.reset();
     const double due_s = static_cast<double>(record.loop.tick.tick + 1) * stack.period_s();
     if (!live.is_stopped()) (void)hal::sleep_until(begin_ns + std::llround(1e9 * due_s));
@@ -178,7 +179,7 @@ std::vector<StackRecord> run_stack_watched(DeviceStack& stack, std::span<const M
 /// The run, and its session in a file where that is asked for.
 std::vector<StackRecord> run_recorded(const RunArguments& o, DeviceStack& stack,
                                       std::span<const MotionSample> motion, StackWatchers& watchers,
-                                      LiveSession* live) {
+                                      tools::LiveSession* live) {
   std::optional<hal::BusRecorder> kept;
   if (!o.record.empty())
     watchers.recorder = &kept.emplace(o.record, stack.bus_session(), hal::RecorderDrain::kCaller);
@@ -214,8 +215,8 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   std::vector<DeviceFaultEvent> events;
   if (!o.faults.empty()) events = read_fault_script(o.faults, run.rate_hz);
   const std::vector<MotionSample> motion = hand_motion(o, session, run.rate_hz);
-  const std::string page = o.html.empty() ? std::string() : read_page();
-  std::optional<LiveSession> live;
+  const std::string page = o.html.empty() ? std::string() : tools::read_page();
+  std::optional<tools::LiveSession> live;
   if (o.serve) {
     live.emplace(o.live, session.view(), false);
     live->begin();
@@ -228,7 +229,8 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
     watchers.tape = &tape.emplace(session.view(), stack.bus_session().servo);
   const std::vector<StackRecord> records =
       run_recorded(o, stack, motion, watchers, live ? &*live : nullptr);
-  if (!o.html.empty()) write_whole_file(o.html, filled_page(page, session.view(), tape->ticks()));
+  if (!o.html.empty())
+    write_whole_file(o.html, tools::filled_page(page, session.view(), tape->ticks()));
 
   const StackTotals totals = total(records);
   const hal::LinkCounters link = stack.link_counters();
@@ -320,7 +322,7 @@ Command add_run_command(CLI::App& program) {
   app->add_flag("--serve", o->serve,
                 "run in real time, to be watched in a browser or viewer; stays until it is stopped "
                 "(^C)");
-  add_serve_options(*app, o->live);
+  tools::add_serve_options(*app, o->live);
   app->add_option("--seconds", o->seconds, "length of the run; default: of the script, or 6")
       ->check(CLI::Range(0.01, kMostSeconds));
   app->add_option("--hand", o->hand, "none, loose, light (default) or firm")

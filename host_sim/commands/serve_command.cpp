@@ -13,8 +13,9 @@
 #include "host_sim/device/loop_run.hpp"
 #include "host_sim/session/tick_record.hpp"
 #include "host_sim/view/gallery.hpp"
-#include "host_sim/view/server/live_session.hpp"
+#include "host_sim/view/loop_ticks.hpp"
 #include "tools/common/error.hpp"
+#include "tools/live/live_session.hpp"
 #include "tools/verdict/session_judge.hpp"
 
 namespace haptic::sim {
@@ -28,7 +29,7 @@ constexpr std::int64_t kMostLate = 60;
 struct ServeArguments {
   std::string scene, hand = "light", device;
   double seconds = 0;
-  ServeOptions serve;
+  tools::ServeOptions serve;
 };
 
 /// A simulated device in real time, whose hand is that of a page.
@@ -71,7 +72,7 @@ class ServedLoop {
   }
 
   void step() {
-    const HandOrder order = live_.order();
+    const tools::PageHand order = live_.order();
     if (order.restarts != order_.restarts) restart();
     if (order.wanted != order_.wanted) {
       const double* q = order.q_wa_xyzw;
@@ -85,16 +86,16 @@ class ServedLoop {
     const LoopRecord record = loop_record(loop_, loop_.step(stroke));
     judge_.take(judged_tick(record.tick));
     judge_.note_work(record.delivered_j);
-    live_.publish(record, rate_hz_, order.stamp);
+    live_.publish(recorded_tick(record, rate_hz_), live_state(record, order.stamp));
     target_ = stroke.to;
   }
 
   double rate_hz_, share_;
-  LiveSession live_;
+  tools::LiveSession live_;
   ClosedLoop loop_;
   tools::SessionJudge judge_;
   HandTarget start_, wanted_, target_;
-  HandOrder order_;
+  tools::PageHand order_;
 };
 
 int do_serve(const ServeArguments& o) {
@@ -132,7 +133,7 @@ Command add_serve_command(CLI::App& program) {
   app->add_option("scene,--scene", o->scene,
                   "compiled scene (.rtscene), or the number of a scene of the gallery, 1 to 8")
       ->required();
-  add_serve_options(*app, o->serve);
+  tools::add_serve_options(*app, o->serve);
   app->add_option("--seconds", o->seconds, "then end; default: when this is stopped")
       ->check(CLI::Range(0.01, 1.0e9));
   app->add_option("--hand", o->hand, "loose, light (default) or firm")

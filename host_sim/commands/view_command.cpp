@@ -9,9 +9,10 @@
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/view/gallery.hpp"
-#include "host_sim/view/page_file.hpp"
+#include "host_sim/view/recorded_ticks.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
+#include "tools/live/page_file.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -34,9 +35,9 @@ std::span<const MotionSample> begin_of(std::span<const MotionSample> motion,
 
 int write_view(const std::string& html, CoreSession& session, std::span<const MotionSample> motion,
                std::string_view about) {
-  std::vector<RecordedTick> ticks;
+  std::vector<tools::RecordedTick> ticks;
   if (!motion.empty()) ticks = record_motion(session, motion);
-  const std::string filled = filled_page(read_page(), session.view(), ticks, about);
+  const std::string filled = tools::filled_page(tools::read_page(), session.view(), ticks, about);
   write_whole_file(html, filled);
   std::printf("%s: %zu ticks recorded, %zu kB; open it in a browser\n", html.c_str(), ticks.size(),
               filled.size() / 1024);

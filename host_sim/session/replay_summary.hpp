@@ -58,9 +58,7 @@ struct ReplayReport {
 /// One JSON object, two spaces of indent, keys in a fixed order.
 [[nodiscard]] std::string json_summary(const ReplayReport& report);
 
-/// Name of a bit of StepFlag, e.g. "relocalised".
-[[nodiscard]] const char* flag_name(std::size_t bit);
-/// Names of all bits that are set, lowest first.
-[[nodiscard]] std::vector<std::string> flag_names(std::uint32_t flags);
+using tools::flag_name;
+using tools::flag_names;
 
 }  // namespace haptic::sim

@@ -92,8 +92,8 @@ std::string guide_csv_header(const GuideLegs& legs) {
 
 void append_guide(std::string& csv, const TickGuide& guide, const GuideLegs& legs) {
   if (legs.empty()) return;
-  csv += std::string(",") + to_text(guide.state) + ',' + std::to_string(guide.station) + ",\"" +
-         legs.place(guide.state, guide.station) + '"';
+  csv += std::string(",") + tools::to_text(guide.state) + ',' + std::to_string(guide.station) +
+         ",\"" + legs.place(guide.state, guide.station) + '"';
   for (const double value : guide.force_n) append_number(csv += ',', value);
   for (const double value : guide.torque_nm) append_number(csv += ',', value);
   for (const double value : {guide.to_go_m, guide.off_m}) append_number(csv += ',', value);

@@ -7,16 +7,16 @@
 #include <span>
 #include <string>
 
-#include "host_sim/session/guide_legs.hpp"
 #include "rt_core/haptic_core.hpp"
+#include "tools/plan/guide_legs.hpp"
+#include "tools/verdict/flag_names.hpp"
 #include "tools/verdict/session_judge.hpp"
 
 namespace haptic::sim {
 
-/// Flag of a tick of the literal method, beyond those of the core: no applicable node was left.
-inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagHeld << 1;
-inline constexpr std::size_t kFlagCount = 24;
-static_assert(kFlagLocalSetEmpty == 1u << (kFlagCount - 1));
+using tools::GuideLegs;
+using tools::kFlagCount;
+using tools::kFlagLocalSetEmpty;
 
 [[nodiscard]] inline double length_of(const double (&v)[3]) {
   return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);

@@ -62,7 +62,7 @@ class Script {
 
   /// Along poses, from the first of them, where the part is.
   void follow(const char* phase, const std::vector<tools::PlanPose>& poses) {
-    constexpr double kSpeed_m_per_s = 0.06, kLongest_s = 20, kLeastStep_s = 0.02, kMostTurn_rad = 2;
+    constexpr double kSpeed_m_per_s = 0.06, kLongest_s = 20, kLeastLeg_s = 0.02, kMostTurn_rad = 2;
     double way_m = 0;
     for (std::size_t k = 1; k < poses.size(); ++k)
       way_m += tools::step_length_m(poses[k - 1], poses[k], held_.radius_m);
@@ -70,7 +70,7 @@ class Script {
     for (std::size_t k = 1; k < poses.size(); ++k) {
       const tools::PlanPose &from = poses[k - 1], &to = poses[k];
       const double seconds =
-          std::max(kLeastStep_s, tools::step_length_m(from, to, held_.radius_m) / speed);
+          std::max(kLeastLeg_s, tools::step_length_m(from, to, held_.radius_m) / speed);
       const int parts = tools::turn_between(from, to).norm() > kMostTurn_rad ? 2 : 1;
       for (int part = 1; part <= parts; ++part) {
         const tools::PlanPose pose = tools::between(from, to, static_cast<double>(part) / parts);
@@ -199,8 +199,9 @@ class Search {
   }
 
   bool by_way_in() {
-    const WayIn way =
-        find_way_in(session_, options_.way_in, [this](const std::string& text) { say(text); });
+    if (!options_.find_way_in) return false;
+    const WayIn way = options_.find_way_in(session_, options_.way_in,
+                                           [this](const std::string& text) { say(text); });
     best_.no_way_in = way.not_found;
     if (way.corners.empty()) return false;
     const HeldPart goal = held_at(session_.view(), way.corners.back());

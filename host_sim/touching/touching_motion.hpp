@@ -36,6 +36,7 @@ struct TouchingMotion {
 };
 
 struct TouchingOptions {
+  WayInSearch find_way_in;  ///< empty: no way in is looked for
   WayInLimits way_in;
   TouchProgress progress;    ///< may be empty
   bool shows_ticks = false;  ///< of the motions that are played: ReplayOptions::progress

@@ -30,6 +30,9 @@ struct WayIn {
   std::string not_found;
 };
 
+/// What looks for a way in: find_way_in, or what stands for it in a program without the planner.
+using WayInSearch = std::function<WayIn(CoreSession&, const WayInLimits&, const TouchProgress&)>;
+
 /// A scene with a guide: the way of its plan. Another one: the goal is the pose of the mesh file,
 /// where that is free, not the start, and fixed parts are near on two sides of it; the way is
 /// straight, or what the planner finds (host_sim plan). Of scenes of more than 4 million pairs

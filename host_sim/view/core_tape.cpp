@@ -6,7 +6,8 @@ namespace haptic::sim {
 CoreTape::CoreTape(const SceneView& scene, const ServoParameters& parameters)
     : core_(scene.blob(), "the scene"), parameters_(parameters) {}
 
-std::optional<RecordedTick> CoreTape::take(const ServoInput& input, const ServoResult& result) {
+std::optional<tools::RecordedTick> CoreTape::take(const ServoInput& input,
+                                                  const ServoResult& result) {
   if (result.command.tick == 1) sent_d_ = Wrench{};
   const Wrench before_d = sent_d_;
   sent_d_ = wrench_of(result.command.wrench_d);
@@ -15,11 +16,11 @@ std::optional<RecordedTick> CoreTape::take(const ServoInput& input, const ServoR
   StepInput in = core_input(input.state, parameters_, arm_d, before_d);
   in.report_goal_contact = input.report_goal_contact;
   const std::uint64_t hash = result.rendered.state_hash;
-  RecordedTick tick = recorded_tick(in, hash);
-  if (ticks_.empty()) tick.marks |= kMarkReset;
+  tools::RecordedTick tick = tools::recorded_tick(in, hash);
+  if (ticks_.empty()) tick.marks |= tools::kMarkReset;
   if (core_.core().step(in).state_hash != hash) {
     core_.core().reset();
-    tick.marks |= kMarkReset;
+    tick.marks |= tools::kMarkReset;
     if (core_.core().step(in).state_hash != hash) ++unmet_;
   }
   ticks_.push_back(tick);

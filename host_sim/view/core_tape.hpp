@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "host_sim/session/core_session.hpp"
-#include "host_sim/view/page_file.hpp"
 #include "rt_core/servo_tick.hpp"
+#include "tools/live/page_file.hpp"
 
 namespace haptic::sim {
 
@@ -23,9 +23,9 @@ class CoreTape {
 
   /// A tick of the servo, in their order; its number 1 is that of a new servo process.
   /// @return what the core was given; nothing where it did not run.
-  std::optional<RecordedTick> take(const ServoInput& input, const ServoResult& result);
+  std::optional<tools::RecordedTick> take(const ServoInput& input, const ServoResult& result);
 
-  [[nodiscard]] const std::vector<RecordedTick>& ticks() const { return ticks_; }
+  [[nodiscard]] const std::vector<tools::RecordedTick>& ticks() const { return ticks_; }
   /// Ticks whose state hash was not met: the fixed parts were moved, which a page knows nothing of.
   [[nodiscard]] std::size_t unmet() const { return unmet_; }
 
@@ -33,7 +33,7 @@ class CoreTape {
   CoreSession core_;
   ServoParameters parameters_;
   Wrench sent_d_;  ///< the last command
-  std::vector<RecordedTick> ticks_;
+  std::vector<tools::RecordedTick> ticks_;
   std::size_t unmet_ = 0;
 };
 

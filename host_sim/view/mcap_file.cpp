@@ -3,7 +3,8 @@
 
 #include <array>
 
-#include "host_sim/view/topics.hpp"
+#include "host_sim/view/loop_ticks.hpp"
+#include "tools/live/topics.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -83,22 +84,26 @@ std::string McapWriter::finish() {
 
 std::string mcap_of(const SceneView& scene, std::span<const LoopRecord> records) {
   McapWriter writer("", "haptic");
-  std::array<std::uint16_t, kTopics> channels{};
-  for (std::size_t k = 0; k < kTopics; ++k)
-    channels[k] = writer.add_channel(topics()[k].name, topics()[k].schema_name, topics()[k].schema);
-  const auto channel = [&](Topic topic) { return channels[static_cast<std::size_t>(topic)]; };
+  std::array<std::uint16_t, tools::kTopics> channels{};
+  for (std::size_t k = 0; k < tools::kTopics; ++k)
+    channels[k] = writer.add_channel(tools::topics()[k].name, tools::topics()[k].schema_name,
+                                     tools::topics()[k].schema);
+  const auto channel = [&](tools::Topic topic) {
+    return channels[static_cast<std::size_t>(topic)];
+  };
 
-  writer.add_message(channel(Topic::kScene), 0, scene_message(scene));
-  LogTopic log;
+  writer.add_message(channel(tools::Topic::kScene), 0, tools::scene_message(scene));
+  tools::LogTopic log;
   const GuideLegs legs(scene);
   for (const LoopRecord& record : records) {
-    const std::uint64_t ns = topic_time_ns(record);
-    for (const Topic topic : kTickTopics) {
-      const std::string message = tick_message(topic, record, legs);
+    const tools::LiveState tick = live_state(record);
+    const std::uint64_t ns = tools::topic_time_ns(tick);
+    for (const tools::Topic topic : tools::kTickTopics) {
+      const std::string message = tools::tick_message(topic, tick, legs);
       if (!message.empty()) writer.add_message(channel(topic), ns, message);
     }
-    for (const std::string& message : log.messages(record))
-      writer.add_message(channel(Topic::kLog), ns, message);
+    for (const std::string& message : log.messages(tick))
+      writer.add_message(channel(tools::Topic::kLog), ns, message);
   }
   return writer.finish();
 }

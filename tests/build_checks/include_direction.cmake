@@ -21,8 +21,8 @@ set(may_rt_core/exchange rt_core/base/ rt_core/exchange/)
 set(may_rt_core/tick ${may_rt_core/proxy} rt_core/tick/)
 set(may_hal rt_core/ hal/)
 set(may_tools rt_core/ tools/)
-# run_device lets its session be watched by the server that the simulator has too.
-set(may_tools/run_device rt_core/ tools/ hal/ host_sim/view/server/)
+set(may_tools/run_device rt_core/ tools/ hal/)
+set(may_tools/live rt_core/ tools/ hal/)
 set(may_tools/library rt_core/ tools/ hal/)
 # Compiled into the page's module too.
 set(may_tools/verdict rt_core/ tools/verdict/)
@@ -30,7 +30,7 @@ set(may_tools/package rt_core/ hal/)
 # Golden vectors and generated pairs are compiled by the one scene writer there is, and judged by the one budget of gains,
 # hence the folders of tools.
 set(may_host_sim rt_core/ hal/ host_sim/ tools/graph_compiler/graph/ tools/graph_compiler/coupling/ tools/c_space/ tools/plan/
-  tools/verdict/ tools/common/)
+  tools/live/ tools/verdict/ tools/common/)
 # The campaigns on triangle meshes, and on puzzles for planners, compile their files as a user does.
 set(may_host_sim/lab/acceptance rt_core/ hal/ host_sim/ tools/graph_compiler/ tools/common/)
 set(may_host_sim/lab/planning rt_core/ hal/ host_sim/ tools/graph_compiler/ tools/c_space/ tools/plan/ tools/common/)

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <string_view>
 
-#include "host_sim/view/server/live_protocol.hpp"
 #include "tests/fuzz/fuzz_target.hpp"
+#include "tools/live/live_protocol.hpp"
 
 namespace {
 
-using namespace haptic::sim;
+using namespace haptic::tools;
 using haptic::fuzz::require;
 
 /// Lines: target, Host, Origin, subprotocols; a first character each for what they are.

@@ -2,8 +2,8 @@
 #pragma once
 /// A tick as a page gets it, given to a core here as the page gives it to its own.
 
-#include "host_sim/view/page_file.hpp"
 #include "rt_core/haptic_core.hpp"
+#include "tools/live/page_file.hpp"
 
 namespace haptic::sim::test {
 
@@ -12,17 +12,17 @@ namespace haptic::sim::test {
 }
 
 /// The state hash after it.
-[[nodiscard]] inline std::uint64_t hash_after(HapticCore& core, const RecordedTick& tick) {
+[[nodiscard]] inline std::uint64_t hash_after(HapticCore& core, const tools::RecordedTick& tick) {
   StepInput input;
   input.stamp_ns = tick.stamp_ns;
   input.pose_wa.p_wa = vector_in(tick.p_wa_m);
   for (int c = 0; c < 4; ++c) input.pose_wa.q_wa.coeffs()[c] = static_cast<Real>(tick.q_wa_xyzw[c]);
   input.accepted_wrench_w = {vector_in(tick.accepted_w), vector_in(tick.accepted_w + 3)};
-  input.accepted_valid = (tick.marks & kMarkAccepted) != 0;
+  input.accepted_valid = (tick.marks & tools::kMarkAccepted) != 0;
   input.twist_w = {vector_in(tick.twist_w), vector_in(tick.twist_w + 3)};
-  input.twist_valid = (tick.marks & kMarkTwist) != 0;
-  input.clutched = (tick.marks & kMarkClutched) != 0;
-  if ((tick.marks & kMarkReset) != 0) core.reset();
+  input.twist_valid = (tick.marks & tools::kMarkTwist) != 0;
+  input.clutched = (tick.marks & tools::kMarkClutched) != 0;
+  if ((tick.marks & tools::kMarkReset) != 0) core.reset();
   return core.step(input).state_hash;
 }
 

@@ -65,6 +65,12 @@ double touched_share(const TouchingMotion& made) {
   return static_cast<double>(touched) / static_cast<double>(made.played.ticks.size());
 }
 
+TouchingOptions with_way_in() {
+  TouchingOptions options;
+  options.find_way_in = find_way_in;
+  return options;
+}
+
 }  // namespace
 
 TEST_SUITE("host_sim.touching_script") {
@@ -72,7 +78,7 @@ TEST_SUITE("host_sim.touching_script") {
     for (const LawId law : {LawId::kPaper, LawId::kProxy}) {
       CAPTURE(law_name(law));
       CoreSession session(cube_and_block({-0.1, -0.1, -0.08}, {0.1, 0.1, -0.03}, law), "block");
-      const TouchingMotion made = touching_motion(session);
+      const TouchingMotion made = touching_motion(session, with_way_in());
       const TouchingScript& touching = made.touching;
       CHECK(made.not_touched.empty());
       CHECK(way_text(touching.along_w) == "-z");
@@ -99,7 +105,7 @@ TEST_SUITE("host_sim.touching_script") {
   TEST_CASE("no axis touches: towards the nearest piece") {
     CoreSession session(cube_and_block({0.05, 0.05, 0.05}, {0.09, 0.09, 0.09}, LawId::kProxy),
                         "block");
-    const TouchingScript touching = touching_motion(session).touching;
+    const TouchingScript touching = touching_motion(session, with_way_in()).touching;
     CHECK(way_text(touching.along_w) == "(0.577, 0.577, 0.577)");
     CHECK(touching.way_m >= 0.04 * std::sqrt(3.0));
     CHECK(touching.way_m <= 0.04 * std::sqrt(3.0) + kTouchStep_m);
@@ -117,14 +123,14 @@ TEST_SUITE("host_sim.touching_script") {
     REQUIRE(way.length_m);
     CHECK(*way.length_m >= 4e-5);
     CHECK(*way.length_m <= 4e-5 + 2 * touch_step_m(held));
-    CHECK(touching_motion(session).not_touched == "");
+    CHECK(touching_motion(session, with_way_in()).not_touched == "");
   }
 
   TEST_CASE("a ring around a pin: to the nearest places, where no axis and no middle touches") {
     const TestScene scene("ring", kRing,
                           "[[static]]\nshape = \"box\"\nsize_m = [0.01, 0.01, 0.02]\n");
     CoreSession session(scene.path);
-    const TouchingMotion made = touching_motion(session);
+    const TouchingMotion made = touching_motion(session, with_way_in());
     CHECK(made.not_touched == "");
     CHECK(made.touching.way_in.empty());
     CHECK(std::abs(made.touching.along_w.z()) < 0.999);
@@ -135,7 +141,7 @@ TEST_SUITE("host_sim.touching_script") {
   TEST_CASE("a part that belongs inside others is led in by the way that the planner finds") {
     const TestScene scene("gear_on_shaft");
     CoreSession session(scene.path);
-    const TouchingMotion made = touching_motion(session);
+    const TouchingMotion made = touching_motion(session, with_way_in());
     CHECK(made.not_touched == "");
     REQUIRE(made.touching.way_in.size() > 2);
     // The way in ends where the files have the part.
@@ -165,7 +171,7 @@ TEST_SUITE("host_sim.touching_script") {
   TEST_CASE("a part that starts metres away is refused with the keys to look at") {
     CoreSession session(cube_and_block({-0.1, -0.1, -5.1}, {0.1, 0.1, -5.0}, LawId::kProxy),
                         "far.rtscene");
-    const TouchingMotion made = touching_motion(session);
+    const TouchingMotion made = touching_motion(session, with_way_in());
     CHECK(made.motion.empty());
     CHECK(made.not_touched.find("the part starts 4.99 m away from the first touch") == 0);
     CHECK(made.not_touched.find("give [moving] position_m in metres") != std::string::npos);
@@ -218,7 +224,7 @@ TEST_SUITE("host_sim.touching_script") {
                           "0.0353050025\nposition_m = [0, 0, 0.03604482091]\n",
                           "[[static]]\nshape = \"box\"\nsize_m = [0.1, 0.1, 0.02]\n");
     CoreSession session(scene.path);
-    const TouchingMotion made = touching_motion(session);
+    const TouchingMotion made = touching_motion(session, with_way_in());
     REQUIRE(made.not_touched.empty());
     const std::string file = scene.folder.file("m.csv");
     write_motion_csv(file, made.motion);

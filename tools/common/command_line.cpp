@@ -93,6 +93,7 @@ void require_known_names(CLI::App& program, std::span<const Command> own,
       if (app == nullptr)
         throw UsageError("there is no command '" + word + "'" + suggestion(word, commands) + " ('" +
                          program.get_name() + " --help' lists them)");
+      if (app->get_allow_extras()) return;
     } else if (const std::vector<std::string> known = option_names(*app);
                !app->get_allow_extras() && !is_known(known, option)) {
       const std::string instead = found_elsewhere(*app, own, option);

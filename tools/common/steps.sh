@@ -122,6 +122,15 @@ configure() {
   cmake "${fresh[@]}" --preset "$preset" "$@"
 }
 
+# configure_quick: preset release with no more than tools/quickstart and tools/view need; a folder of the whole project stays one.
+configure_quick() {
+  if [ -f build/release/CMakeCache.txt ] && ! grep -qx 'HAPTIC_QUICKSTART:BOOL=ON' build/release/CMakeCache.txt; then
+    configure release
+  else
+    configure release -DHAPTIC_QUICKSTART=ON
+  fi
+}
+
 # minutes <for two cores>: said at the start, scaled to this machine.
 minutes() {
   local cores halves

@@ -16,10 +16,10 @@
 
 #include "hal/realtime/flight_report.hpp"
 #include "hal/realtime/process_hardening.hpp"
-#include "host_sim/view/server/live_trace.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/live/live_trace.hpp"
 #include "tools/run_device/arming_words.hpp"
 #include "tools/run_device/commands.hpp"
 #include "tools/run_device/device_run.hpp"
@@ -269,7 +269,7 @@ struct RunOptions {
   RunLength length;
   double status_every_s = 1.0;
   bool json = false, allow_degraded = false, accept_unbudgeted = false, serve = false;
-  sim::ServeOptions live;
+  ServeOptions live;
 };
 
 constexpr std::size_t kTicksShown = 20;
@@ -295,7 +295,7 @@ std::filesystem::path crash_path(const std::filesystem::path& file, unsigned num
 /// A run that is watched. The watcher has the scene, the address and the flight recorders, and no
 /// way to the device.
 struct LiveView {
-  LiveView(const sim::ServeOptions& options, const SceneBytes& scene) : door(options) {
+  LiveView(const ServeOptions& options, const SceneBytes& scene) : door(options) {
     // It was opened before: read_usable_scene.
     if (SceneView::open(scene.span(), view) != RtStatus::kOk) view = {};
   }
@@ -308,11 +308,11 @@ struct LiveView {
         setrlimit(RLIMIT_RTPRIO, &none) != 0 || setrlimit(RLIMIT_MEMLOCK, &none) != 0) {
       return kExitDeviceOrOs;
     }
-    sim::serve_trace(door, view, config.servo, {flights.begin(), flights.end()});
+    serve_trace(door, view, config.servo, {flights.begin(), flights.end()});
     return kExitDone;
   }
 
-  sim::LiveDoor door;
+  LiveDoor door;
   SceneView view;
 };
 
@@ -452,7 +452,7 @@ Command add_run_command(CLI::App& program) {
                 "none can be computed");
   app->add_flag("--serve", o->serve,
                 "let the session be watched in a browser or viewer; nobody there moves anything");
-  sim::add_serve_options(*app, o->live);
+  add_serve_options(*app, o->live);
   app->add_flag("--json", o->json, "status and summary as JSON, a line each, on stdout");
   app->footer(
       driver_help() +

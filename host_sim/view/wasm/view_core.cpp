@@ -114,7 +114,7 @@ RtStatus ViewCore::open(std::span<const std::byte> blob) {
   scene.work_units = p.work_units;
   scene.max_work_units = view_.header().capacity.max_work_units;
   scene.scalar_bytes = sizeof(Real);
-  legs_ = GuideLegs(view_);
+  legs_ = tools::GuideLegs(view_);
   judge_ = tools::SessionJudge(view_);
 
   const std::uint32_t room = view_.header().capacity.largest_near;

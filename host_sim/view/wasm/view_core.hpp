@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/session/guide_legs.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "tools/c_space/c_obstacle.hpp"
+#include "tools/plan/guide_legs.hpp"
 #include "tools/verdict/session_judge.hpp"
 
 namespace haptic::sim {
@@ -118,7 +118,7 @@ class ViewCore {
   /// the grip point, of others in W [m].
   void describe_pieces();
   /// text: where on the plan of the guide the part is and which contact comes next
-  /// (session/guide_legs.hpp); empty where the scene has no guide.
+  /// (tools/plan/guide_legs.hpp); empty where the scene has no guide.
   void describe_guide();
   /// text: the judgement of the ticks since begin_verdict, as host_sim ends with it; counts: 1 if
   /// it is a failure, else 0.
@@ -165,7 +165,7 @@ class ViewCore {
     void operator()(std::byte* bytes) const noexcept;
   };
   SceneView view_;
-  GuideLegs legs_;
+  tools::GuideLegs legs_;
   std::unique_ptr<std::byte, Free> memory_;
   std::span<std::byte> state_;
   HapticCore* core_ = nullptr;

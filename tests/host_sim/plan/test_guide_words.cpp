@@ -10,13 +10,14 @@
 
 #include "host_sim/device/loop_run.hpp"
 #include "host_sim/report/part_report.hpp"
-#include "host_sim/session/guide_legs.hpp"
+#include "host_sim/view/loop_ticks.hpp"
 #include "host_sim/view/mcap_file.hpp"
-#include "host_sim/view/topics.hpp"
 #include "tests/host_sim/plan/plan_bench.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
+#include "tools/live/topics.hpp"
+#include "tools/plan/guide_legs.hpp"
 #include "tools/plan/plan_check.hpp"
 #include "tools/plan/search/plan_shortening.hpp"
 #include "tools/plan/search/translation_plan.hpp"
@@ -154,7 +155,7 @@ TEST_SUITE("host_sim.guide_words") {
     const GuideLegs legs(subject().view);
     std::size_t on = 0;
     for (const LoopRecord& record : records) {
-      const std::string message = tick_message(Topic::kGuide, record, legs);
+      const std::string message = tick_message(Topic::kGuide, live_state(record), legs);
       REQUIRE_FALSE(message.empty());
       const auto json = nlohmann::json::parse(message);
       const TickGuide& guide = record.tick.guide;
@@ -162,7 +163,8 @@ TEST_SUITE("host_sim.guide_words") {
       CHECK(json["force_n"]["x"] == guide.force_n[0]);
       CHECK(json["legs"] == 4);
       on += json["state"] == "on" ? 1u : 0u;
-      CHECK(tick_message(Topic::kGuide, record, GuideLegs(subject().plain.view)).empty());
+      CHECK(
+          tick_message(Topic::kGuide, live_state(record), GuideLegs(subject().plain.view)).empty());
       const auto schema =
           nlohmann::json::parse(topics()[static_cast<std::size_t>(Topic::kGuide)].schema);
       for (const auto& [key, value] : json.items()) CHECK(schema["properties"].contains(key));

@@ -17,11 +17,13 @@
 #include <thread>
 #include <vector>
 
-#include "host_sim/view/server/live_server.hpp"
 #include "tests/host_sim/sample_scenes.hpp"
 #include "tools/common/scene_bytes.hpp"
+#include "tools/live/live_server.hpp"
 
 namespace haptic::sim::test {
+
+using namespace haptic::tools;
 
 namespace beast = boost::beast;
 namespace http = beast::http;

@@ -8,12 +8,13 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "host_sim/view/topics.hpp"
 #include "tests/host_sim/view/live_clients.hpp"
 #include "tools/common/error.hpp"
+#include "tools/live/topics.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;
+using namespace haptic::tools;
 using namespace haptic::sim::test;
 
 namespace {
@@ -175,13 +176,14 @@ TEST_SUITE("host_sim.live_server") {
       std::uint64_t from = first;
       CHECK(reader.copy(from, out) <= out.size());
     }
-    static_cast<void>(record_of(reader.newest()));
+    for (const Topic topic : kTickTopics)
+      static_cast<void>(tick_message(topic, reader.newest(), GuideLegs()));
   }
 
   TEST_CASE("the hand of a page: taken where the session takes one") {
     ServedBoard served(true);
     served.publish(1);
-    NewestReader<HandOrder> order(*served.hand);
+    NewestReader<PageHand> order(*served.hand);
     TestClient page(served, kPage);
     page.move({0.01, 0.02, 0.03, 0, 0, 0.6, 0.8, 123.5});
     REQUIRE(comes_true([&] { return order.newest().wanted == 1; }));
@@ -212,7 +214,7 @@ TEST_SUITE("host_sim.live_server") {
   TEST_CASE("a page that says what is no message is cut off; nothing of it is done") {
     ServedBoard served(true);
     served.publish(1);
-    NewestReader<HandOrder> order(*served.hand);
+    NewestReader<PageHand> order(*served.hand);
     const double nan = std::nan("");
     const std::vector<std::vector<double>> poses = {{nan, 0, 0, 0, 0, 0, 1, 0},
                                                     {0, 0, 0, 0, 0, 0, nan, 0},

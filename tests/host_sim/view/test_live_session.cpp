@@ -7,13 +7,15 @@
 #include <fstream>
 
 #include "host_sim/session/core_session.hpp"
-#include "host_sim/view/server/live_trace.hpp"
+#include "host_sim/view/loop_ticks.hpp"
 #include "tests/host_sim/recorded_input.hpp"
 #include "tests/host_sim/sample_scenes.hpp"
 #include "tests/support/program_run.hpp"
+#include "tools/live/live_trace.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;
+using namespace haptic::tools;
 using namespace haptic::sim::test;
 
 namespace {
@@ -56,11 +58,13 @@ TEST_SUITE("host_sim.live_session") {
     const std::vector<LoopRecord> records = run_loop(loop, motion, [&](const LoopRecord& record) {
       writer.publish(live_tick(recorded_tick(record, 1000.0), record.tick.tick),
                      live_state(record, 7));
-      const LoopRecord back = record_of(reader.newest());
-      CHECK(back.tick.force_n[2] == record.tick.force_n[2]);
-      CHECK(back.tick.situation == record.tick.situation);
-      CHECK(back.tick.proxy_wa.p_wa == record.tick.proxy_wa.p_wa);
-      CHECK(reader.newest().hand_stamp == 7);
+      const LiveState& newest = reader.newest();
+      CHECK(newest.tick == record.tick.tick);
+      CHECK(newest.force_n[2] == record.tick.force_n[2]);
+      CHECK(newest.situation == static_cast<std::uint32_t>(record.tick.situation));
+      for (int k = 0; k < 3; ++k)
+        CHECK(newest.felt_p_m[k] == static_cast<double>(record.tick.proxy_wa.p_wa[k]));
+      CHECK(newest.hand_stamp == 7);
     });
     std::uint64_t first = 0;
     std::vector<LiveTick> ticks(1000);
@@ -79,13 +83,14 @@ TEST_SUITE("host_sim.live_session") {
   TEST_CASE("what leads the hand along a plan comes through the board") {
     LoopRecord record;
     record.tick.guide = {GuideState::kOn, 4, {1, 2, 3}, {4, 5, 6}, 0.02, 0.001};
-    const TickGuide back = record_of(live_state(record)).tick.guide;
-    CHECK(back.state == GuideState::kOn);
-    CHECK(back.station == 4);
-    CHECK(std::equal(back.force_n, back.force_n + 3, record.tick.guide.force_n));
-    CHECK(std::equal(back.torque_nm, back.torque_nm + 3, record.tick.guide.torque_nm));
-    CHECK(back.to_go_m == 0.02);
-    CHECK(back.off_m == 0.001);
+    const LiveState state = live_state(record);
+    CHECK(state.guide_state == static_cast<std::uint32_t>(GuideState::kOn));
+    CHECK(state.guide_station == 4);
+    CHECK(std::equal(state.guide_force_n, state.guide_force_n + 3, record.tick.guide.force_n));
+    CHECK(
+        std::equal(state.guide_torque_nm, state.guide_torque_nm + 3, record.tick.guide.torque_nm));
+    CHECK(state.guide_to_go_m == 0.02);
+    CHECK(state.guide_off_m == 0.001);
   }
 
   TEST_CASE("trace of a device: each report once, mapped; what does not go on is marked") {

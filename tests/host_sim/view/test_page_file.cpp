@@ -12,14 +12,17 @@
 #include <vector>
 
 #include "host_sim/view/gallery.hpp"
-#include "host_sim/view/page_file.hpp"
+#include "host_sim/view/loop_ticks.hpp"
+#include "host_sim/view/recorded_ticks.hpp"
 #include "tests/host_sim/recorded_input.hpp"
 #include "tests/host_sim/sample_scenes.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
+#include "tools/live/page_file.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;
+using namespace haptic::tools;
 using namespace haptic::sim::test;
 
 namespace {

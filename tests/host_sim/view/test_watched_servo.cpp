@@ -11,12 +11,13 @@
 #include "hal/device_limits.hpp"
 #include "hal/drivers/reference_driver.hpp"
 #include "host_sim/session/core_session.hpp"
-#include "host_sim/view/server/live_trace.hpp"
 #include "rt_core/servo_tick.hpp"
 #include "tests/host_sim/view/live_clients.hpp"
+#include "tools/live/live_trace.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;
+using namespace haptic::tools;
 using namespace haptic::sim::test;
 
 namespace {

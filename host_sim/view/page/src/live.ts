@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session that runs while the page is open: the messages of the live server (host_sim/view/server/live_protocol.hpp,
+// A session that runs while the page is open: the messages of the live server (tools/live/live_protocol.hpp,
 // live_board.hpp), and what of the ticks can be computed again and compared.
 import type { Pose, Quat, Vec } from "./messages";
 
@@ -14,7 +14,7 @@ const kMarkReset = 1n, kMarkAccepted = 2n, kMarkTwist = 4n, kMarkClutched = 8n;
 const kMostBehind = 2000;
 const kUpToDate = 100;
 
-/** How the page follows a session, as host_sim wrote it into the page (host_sim/view/page_file.hpp). */
+/** How the page follows a session, as host_sim wrote it into the page (tools/live/page_file.hpp). */
 export interface LiveFacts {
   takesHand: boolean;
   whyNotCompared: string;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The recorded session inside a page: the input and the state hash of each tick, as host_sim wrote them
-// (host_sim/view/page_file.hpp).
+// (tools/live/page_file.hpp).
 import type { Quat, Vec } from "./messages";
 
 const kMagic = "RTVIEW3\0";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/view/page_file.hpp"
+#include "tools/live/page_file.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -15,7 +15,7 @@
 #include <zlib.h>
 #endif
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 constexpr std::size_t kLargestPage_bytes = std::size_t{64} << 20;
@@ -48,7 +48,7 @@ std::string escaped(std::string_view text) {
 void fill(std::string& page, const std::string& mark, const std::string& text) {
   const std::size_t at = page.find(mark);
   if (at == std::string::npos)
-    throw tools::InputError("the page has no place for " + mark + "; build it again: tools/view");
+    throw InputError("the page has no place for " + mark + "; build it again: tools/view");
   page.replace(at, mark.size(), text);
 }
 
@@ -145,22 +145,6 @@ RecordedTick recorded_tick(const StepInput& input, std::uint64_t state_hash) {
   return recorded;
 }
 
-RecordedTick recorded_tick(const MotionSample& sample, std::uint64_t tick,
-                           std::uint64_t state_hash) {
-  return recorded_tick(input_of(sample, tick), state_hash);
-}
-
-RecordedTick recorded_tick(const LoopRecord& record, double rate_hz) {
-  StepInput input;
-  input.stamp_ns = loop_stamp_ns(record.tick.tick, rate_hz);
-  input.pose_wa = record.tick.device_wa;
-  input.accepted_wrench_w = record.accepted_w;
-  input.accepted_valid = true;
-  RecordedTick recorded = recorded_tick(input, record.tick.state_hash);
-  if (record.tick.tick == 0) recorded.marks |= kMarkReset;
-  return recorded;
-}
-
 std::string base64(std::span<const std::byte> bytes) {
   constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;
@@ -208,21 +192,21 @@ std::vector<std::byte> recording_bytes(std::span<const RecordedTick> ticks) {
 std::string read_page() {
   std::error_code error;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (error) throw tools::OsError("/proc/self/exe: " + error.message());
+  if (error) throw OsError("/proc/self/exe: " + error.message());
   const std::filesystem::path page =
       self.parent_path().parent_path() / "share" / "haptic_view" / "page.html";
   if (!std::filesystem::exists(page)) {
     if (!std::filesystem::exists(self.parent_path().parent_path() / "CMakeCache.txt")) {
-      throw tools::OsError(page.string() +
-                           ": this installation was made without the page; install again from a "
-                           "build in which tools/view of the source has built it");
+      throw OsError(page.string() +
+                    ": this installation was made without the page; install again from a "
+                    "build in which tools/view of the source has built it");
     }
-    throw tools::OsError(page.string() +
-                         ": the page has not been built; run tools/view, which installs what it "
-                         "needs: nodejs npm clang-16 llvm-16 lld-16 wasi-libc "
-                         "libc++-16-dev-wasm32 libc++abi-16-dev-wasm32 libclang-rt-16-dev-wasm32");
+    throw OsError(page.string() +
+                  ": the page has not been built; run tools/view, which installs what it "
+                  "needs: nodejs npm clang-16 llvm-16 lld-16 wasi-libc "
+                  "libc++-16-dev-wasm32 libc++abi-16-dev-wasm32 libclang-rt-16-dev-wasm32");
   }
-  return tools::read_text_file(page, kLargestPage_bytes, "the page");
+  return read_text_file(page, kLargestPage_bytes, "the page");
 }
 
 std::string filled_page(const std::string& page, const SceneView& scene,
@@ -249,16 +233,4 @@ std::string connected_page(const std::string& live_page, const std::string& host
   return page;
 }
 
-std::vector<RecordedTick> record_motion(CoreSession& session,
-                                        std::span<const MotionSample> motion) {
-  std::vector<RecordedTick> ticks;
-  ticks.reserve(motion.size());
-  session.core().reset();
-  for (std::size_t k = 0; k < motion.size(); ++k) {
-    const StepResult result = session.core().step(input_of(motion[k], k));
-    ticks.push_back(recorded_tick(motion[k], k, result.state_hash));
-  }
-  return ticks;
-}
-
-}  // namespace haptic::sim
+}  // namespace haptic::tools

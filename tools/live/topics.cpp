@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/view/topics.hpp"
+#include "tools/live/topics.hpp"
 
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "host_sim/session/replay_summary.hpp"
-#include "host_sim/shapes/shapes.hpp"
+#include "rt_core/contact/contact_situation.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/verdict/flag_names.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -44,29 +44,24 @@ constexpr const char* kObjects = R"({"type":"array","items":{"type":"object"}})"
 Json time_of(std::uint64_t ns) {
   return {{"sec", ns / 1'000'000'000u}, {"nsec", ns % 1'000'000'000u}};
 }
-template <typename Number>
-double number_of(Number x) {
-  return tools::unsigned_zero(static_cast<double>(x));
-}
 template <typename Three>
 Json vector_json(const Three& v) {
-  return {{"x", number_of(v[0])}, {"y", number_of(v[1])}, {"z", number_of(v[2])}};
+  return {{"x", unsigned_zero(v[0])}, {"y", unsigned_zero(v[1])}, {"z", unsigned_zero(v[2])}};
 }
-Json quaternion_json(const Quat& q) {
-  return {{"x", number_of(q.x())},
-          {"y", number_of(q.y())},
-          {"z", number_of(q.z())},
-          {"w", number_of(q.w())}};
+Json quaternion_json(const double (&xyzw)[4]) {
+  return {{"x", unsigned_zero(xyzw[0])},
+          {"y", unsigned_zero(xyzw[1])},
+          {"z", unsigned_zero(xyzw[2])},
+          {"w", unsigned_zero(xyzw[3])}};
 }
 
 /// A number that JSON can hold; null where it is none.
 Json number_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-Json pose_message(const Pose& pose, std::uint64_t ns) {
+Json pose_message(const double (&p_m)[3], const double (&q_xyzw)[4], std::uint64_t ns) {
   return {{"timestamp", time_of(ns)},
           {"frame_id", "w"},
-          {"pose",
-           {{"position", vector_json(pose.p_wa)}, {"orientation", quaternion_json(pose.q_wa)}}}};
+          {"pose", {{"position", vector_json(p_m)}, {"orientation", quaternion_json(q_xyzw)}}}};
 }
 
 /// The triangles of one body: of the moving one about its mesh frame, of the others in W.
@@ -80,7 +75,7 @@ Json entity_of(const SceneView& scene, std::uint32_t body) {
       const auto loop = piece.face_vertices(f);
       for (std::size_t k = 2; k < loop.size(); ++k) {
         for (const std::size_t corner : {std::size_t{0}, k - 1, k}) {
-          const Vector at = piece.vertex(loop[corner]).cast<double>();
+          const Eigen::Vector3d at = piece.vertex(loop[corner]).cast<double>();
           points.push_back(
               vector_json(std::array{at[0] + record.reference_m[0], at[1] + record.reference_m[1],
                                      at[2] + record.reference_m[2]}));
@@ -91,7 +86,7 @@ Json entity_of(const SceneView& scene, std::uint32_t body) {
   const Json colour = body == 0 ? Json{{"r", 0.3}, {"g", 0.53}, {"b", 0.71}, {"a", 1.0}}
                                 : Json{{"r", 0.76}, {"g", 0.79}, {"b", 0.82}, {"a", 0.6}};
   const Json origin = {{"position", vector_json(std::array{0.0, 0.0, 0.0})},
-                       {"orientation", quaternion_json(Quat::Identity())}};
+                       {"orientation", quaternion_json({0, 0, 0, 1})}};
   const std::string name(scene.text(record.name_offset, record.name_bytes));
   return {{"timestamp", time_of(0)},
           {"frame_id", body == 0 ? "part" : "w"},
@@ -171,8 +166,8 @@ const std::array<TopicFacts, kTopics>& topics() {
   return all;
 }
 
-std::uint64_t topic_time_ns(const LoopRecord& record) {
-  return static_cast<std::uint64_t>(std::llround(record.tick.t_s * 1e9));
+std::uint64_t topic_time_ns(const LiveState& tick) {
+  return static_cast<std::uint64_t>(std::llround(tick.t_s * 1e9));
 }
 
 std::string scene_message(const SceneView& scene) {
@@ -182,45 +177,44 @@ std::string scene_message(const SceneView& scene) {
   return text_of({{"deletions", Json::array()}, {"entities", std::move(entities)}});
 }
 
-std::string tick_message(Topic topic, const LoopRecord& record, const GuideLegs& legs) {
-  const TickRecord& tick = record.tick;
-  const std::uint64_t ns = topic_time_ns(record);
+std::string tick_message(Topic topic, const LiveState& tick, const GuideLegs& legs) {
+  const std::uint64_t ns = topic_time_ns(tick);
   switch (topic) {
     case Topic::kFrames:
       return text_of({{"timestamp", time_of(ns)},
                       {"parent_frame_id", "w"},
                       {"child_frame_id", "part"},
-                      {"translation", vector_json(record.tick.proxy_wa.p_wa)},
-                      {"rotation", quaternion_json(record.tick.proxy_wa.q_wa)}});
+                      {"translation", vector_json(tick.felt_p_m)},
+                      {"rotation", quaternion_json(tick.felt_q_xyzw)}});
     case Topic::kPose:
-      return text_of(pose_message(record.tick.device_wa, ns));
+      return text_of(pose_message(tick.device_p_m, tick.device_q_xyzw, ns));
     case Topic::kFeltPose:
-      return text_of(pose_message(record.tick.proxy_wa, ns));
+      return text_of(pose_message(tick.felt_p_m, tick.felt_q_xyzw, ns));
     case Topic::kWrench:
       return text_of(
           {{"force_n", vector_json(tick.force_n)}, {"torque_nm", vector_json(tick.torque_nm)}});
     case Topic::kContact:
-      return text_of({{"situation", to_text(tick.situation)},
+      return text_of({{"situation", to_text(static_cast<ContactSituation>(tick.situation))},
                       {"flags", flag_names(tick.flags)},
                       {"device_to_part_m", number_json(tick.apart_m)},
-                      {"proxy_gap_m", number_json(tick.proxy_gap_m)},
+                      {"proxy_gap_m", number_json(tick.gap_m)},
                       {"d_near_m", number_json(tick.d_near_m)}});
     case Topic::kCounters:
       return text_of({{"tick", tick.tick},
-                      {"work_units", tick.nodes_evaluated},
-                      {"state_hash", tools::hash_text(tick.state_hash)}});
+                      {"work_units", tick.work},
+                      {"state_hash", hash_text(tick.state_hash)}});
     case Topic::kGuide: {
-      const TickGuide& guide = tick.guide;
-      if (legs.empty() || guide.state == GuideState::kNone) return {};
-      return text_of({{"state", to_text(guide.state)},
-                      {"place", legs.place(guide.state, guide.station)},
-                      {"leg", legs.leg_of(guide.station) + 1},
+      const auto guide = static_cast<GuideState>(tick.guide_state);
+      if (legs.empty() || guide == GuideState::kNone) return {};
+      return text_of({{"state", to_text(guide)},
+                      {"place", legs.place(guide, tick.guide_station)},
+                      {"leg", legs.leg_of(tick.guide_station) + 1},
                       {"legs", legs.count()},
-                      {"station", guide.station},
-                      {"to_go_m", number_json(guide.to_go_m)},
-                      {"off_m", number_json(guide.off_m)},
-                      {"force_n", vector_json(guide.force_n)},
-                      {"torque_nm", vector_json(guide.torque_nm)}});
+                      {"station", tick.guide_station},
+                      {"to_go_m", number_json(tick.guide_to_go_m)},
+                      {"off_m", number_json(tick.guide_off_m)},
+                      {"force_n", vector_json(tick.guide_force_n)},
+                      {"torque_nm", vector_json(tick.guide_torque_nm)}});
     }
     case Topic::kScene:
     case Topic::kLog:
@@ -229,11 +223,11 @@ std::string tick_message(Topic topic, const LoopRecord& record, const GuideLegs&
   return {};
 }
 
-std::vector<std::string> LogTopic::messages(const LoopRecord& record) {
-  const TickRecord& tick = record.tick;
-  const std::uint64_t ns = topic_time_ns(record);
+std::vector<std::string> LogTopic::messages(const LiveState& tick) {
+  const std::uint64_t ns = topic_time_ns(tick);
   std::vector<std::string> all;
-  if (tick.situation != situation_) all.push_back(log_text(ns, kInfo, to_text(tick.situation)));
+  if (tick.situation != situation_)
+    all.push_back(log_text(ns, kInfo, to_text(static_cast<ContactSituation>(tick.situation))));
   for (const std::string& name : flag_names(tick.flags & ~flags_))
     all.push_back(log_text(ns, kWarning, name));
   situation_ = tick.situation;
@@ -241,4 +235,4 @@ std::vector<std::string> LogTopic::messages(const LoopRecord& record) {
   return all;
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/view/server/live_protocol.hpp"
+#include "tools/live/live_protocol.hpp"
 
 #include <arpa/inet.h>
 #include <sys/random.h>
@@ -13,7 +13,7 @@
 
 #include "tools/common/error.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -157,7 +157,7 @@ Judgement judge(const RequestFacts& request, const AccessRules& rules) {
 std::string new_token() {
   std::array<unsigned char, 16> bytes{};
   if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
-    throw tools::OsError("the system gives no random bytes for the token of the URL");
+    throw OsError("the system gives no random bytes for the token of the URL");
   constexpr char kDigits[] = "0123456789abcdef";
   std::string text;
   for (const unsigned char byte : bytes) {
@@ -250,4 +250,4 @@ std::optional<FoxgloveRequest> read_foxglove_request(std::string_view text) {
   return request;
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

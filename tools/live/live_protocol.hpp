@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "host_sim/view/server/live_board.hpp"
+#include "tools/live/live_board.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 /// Subprotocol of the page, and the two names of one protocol of Foxglove.
 inline constexpr std::string_view kPageProtocol = "haptic.live.v1";
@@ -57,7 +57,7 @@ struct Judgement {
 /// Whether a Host field names this server by its address or as localhost.
 [[nodiscard]] bool is_own_host(std::string_view host, const AccessRules& rules);
 
-/// 128 bits of the system, as hexadecimal digits. @throws tools::OsError.
+/// 128 bits of the system, as hexadecimal digits. @throws OsError.
 [[nodiscard]] std::string new_token();
 
 // What a page says, binary, little-endian: a kind, zero, then the values.
@@ -103,4 +103,4 @@ inline constexpr std::size_t kMostFoxgloveMessage_bytes = 65536;
 /// Nothing: it is no such message.
 [[nodiscard]] std::optional<FoxgloveRequest> read_foxglove_request(std::string_view text);
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -10,7 +10,7 @@
 #include "rt_core/scene/scene_view.hpp"
 #include "rt_core/tick/guide.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 /// "off", "lost" or "on"; empty where the scene has no guide.
 [[nodiscard]] const char* to_text(GuideState state);
@@ -37,4 +37,4 @@ class GuideLegs {
   std::vector<std::uint16_t> leg_of_;  ///< of each station
 };
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -10,11 +10,10 @@
 #include <string_view>
 #include <vector>
 
-#include "host_sim/device/loop_run.hpp"
-#include "host_sim/session/core_session.hpp"
-#include "host_sim/session/motion_csv.hpp"
+#include "rt_core/scene/scene_view.hpp"
+#include "rt_core/tick/step.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 /// Fields of a tick that are given to a page that computes it again: in a recording
 /// (host_sim/view/page/src/recording.ts) and while it runs (live.ts).
@@ -39,13 +38,6 @@ struct RecordedTick {
 /// That of an input of the core; marked for nothing that is before it.
 [[nodiscard]] RecordedTick recorded_tick(const StepInput& input, std::uint64_t state_hash);
 
-/// The recorded tick of sample number `tick` of a motion, whose core had `state_hash` after it.
-[[nodiscard]] RecordedTick recorded_tick(const MotionSample& sample, std::uint64_t tick,
-                                         std::uint64_t state_hash);
-
-/// That of a tick of a closed loop.
-[[nodiscard]] RecordedTick recorded_tick(const LoopRecord& record, double rate_hz);
-
 /// Bytes as text that may stand in an HTML file.
 [[nodiscard]] std::string base64(std::span<const std::byte> bytes);
 
@@ -60,17 +52,17 @@ struct RecordedTick {
 [[nodiscard]] std::vector<std::byte> recording_bytes(std::span<const RecordedTick> ticks);
 
 /// The page that belongs to this program.
-/// @throws tools::OsError  it has not been built; the text says what to run and to install.
+/// @throws OsError  it has not been built; the text says what to run and to install.
 [[nodiscard]] std::string read_page();
 
 /// `page` with the scene, the ticks, none for a page by hand alone, and what the scene shows in
 /// words, which may be empty. It connects to nothing.
-/// @throws tools::InputError  it is no page of this version.
+/// @throws InputError  it is no page of this version.
 [[nodiscard]] std::string filled_page(const std::string& page, const SceneView& scene,
                                       std::span<const RecordedTick> ticks,
                                       std::string_view about = {});
 
-/// How a page follows a session that runs (host_sim/view/server).
+/// How a page follows a session that runs (tools/live/README.md).
 struct LivePage {
   bool takes_hand = false;  ///< the session follows the hand of a page
   /// Why the ticks cannot be computed again from what the page gets; empty: they can.
@@ -78,15 +70,11 @@ struct LivePage {
 };
 
 /// The page of a live session; connected_page makes it whole.
-/// @throws tools::InputError  it is no page of this version.
+/// @throws InputError  it is no page of this version.
 [[nodiscard]] std::string live_page(const std::string& page, const SceneView& scene,
                                     const LivePage& live);
 
 /// A live page that may connect to the server at `host` (name or address, and port) alone.
 [[nodiscard]] std::string connected_page(const std::string& live_page, const std::string& host);
 
-/// Runs a motion from a forgotten contact history and keeps what the page compares.
-[[nodiscard]] std::vector<RecordedTick> record_motion(CoreSession& session,
-                                                      std::span<const MotionSample> motion);
-
-}  // namespace haptic::sim
+}  // namespace haptic::tools

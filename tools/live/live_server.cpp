@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/view/server/live_server.hpp"
+#include "tools/live/live_server.hpp"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -24,12 +24,12 @@
 #include <utility>
 #include <vector>
 
-#include "host_sim/view/page_file.hpp"
-#include "host_sim/view/server/viewer_messages.hpp"
-#include "host_sim/view/topics.hpp"
 #include "tools/common/error.hpp"
+#include "tools/live/page_file.hpp"
+#include "tools/live/topics.hpp"
+#include "tools/live/viewer_messages.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 namespace net = boost::asio;
@@ -69,14 +69,14 @@ ListeningSocket::ListeningSocket(const std::string& address, std::uint16_t port)
   v6.sin6_port = htons(port);
   v6_ = inet_pton(AF_INET6, address.c_str(), &v6.sin6_addr) == 1;
   if (!v6_ && inet_pton(AF_INET, address.c_str(), &v4.sin_addr) != 1)
-    throw tools::UsageError("--bind: '" + address +
-                            "' is no address; give digits, for instance 127.0.0.1");
+    throw UsageError("--bind: '" + address +
+                     "' is no address; give digits, for instance 127.0.0.1");
   descriptor_ = ::socket(v6_ ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const auto refuse = [&](const std::string& fix) {
     const std::string reason = std::generic_category().message(errno);
     close();
-    throw tools::OsError("cannot listen on " + address + " port " + std::to_string(port) + ": " +
-                         reason + fix);
+    throw OsError("cannot listen on " + address + " port " + std::to_string(port) + ": " + reason +
+                  fix);
   };
   if (descriptor_ < 0) refuse("");
   const int yes = 1;
@@ -114,8 +114,8 @@ struct Shared {
   LiveOffer offer;
   LiveReader reader;
   GuideLegs legs;  ///< of the scene's guide
-  std::optional<NewestWriter<HandOrder>> hand;
-  HandOrder order;
+  std::optional<NewestWriter<PageHand>> hand;
+  PageHand order;
   LiveCounts counts;
   std::string session = new_token();  ///< names the session to viewers; not the token
   std::uint64_t looks = 0;
@@ -269,7 +269,7 @@ class PageClient final : public Client {
       return true;
     }
     if (!shared_.hand) return false;  // this session takes no hand
-    HandOrder& order = shared_.order;
+    PageHand& order = shared_.order;
     if (message->kind == PageMessageKind::kHand) {
       std::copy_n(message->p_wa_m, 3, order.p_wa_m);
       std::copy_n(message->q_wa_xyzw, 4, order.q_wa_xyzw);
@@ -335,30 +335,30 @@ class ViewerClient final : public Client {
     round_ = shared_.looks;
     at_ = 0;
     ticks_ = shared_.reader.written();
-    record_ = record_of(shared_.reader.newest());
+    state_ = shared_.reader.newest();
   }
 
   bool compose(Subscribed& s, std::string& out) {
     if (s.topic == Topic::kScene) {
       if (s.sent_scene) return false;
       s.sent_scene = true;
-      out = foxglove_frame(s.id, topic_time_ns(record_), scene_message(*shared_.offer.scene));
+      out = foxglove_frame(s.id, topic_time_ns(state_), scene_message(*shared_.offer.scene));
       return true;
     }
     if (ticks_ <= s.sent) return false;
     s.sent = ticks_;
     if (s.topic == Topic::kLog) {
-      logs_ = log_.messages(record_);
+      logs_ = log_.messages(state_);
       std::ranges::reverse(logs_);
-      for (std::string& text : logs_) text = foxglove_frame(s.id, topic_time_ns(record_), text);
+      for (std::string& text : logs_) text = foxglove_frame(s.id, topic_time_ns(state_), text);
       if (logs_.empty()) return false;
       out = std::move(logs_.back());
       logs_.pop_back();
       return true;
     }
-    const std::string message = tick_message(s.topic, record_, shared_.legs);
+    const std::string message = tick_message(s.topic, state_, shared_.legs);
     if (message.empty()) return false;
-    out = foxglove_frame(s.id, topic_time_ns(record_), message);
+    out = foxglove_frame(s.id, topic_time_ns(state_), message);
     return true;
   }
 
@@ -397,7 +397,7 @@ class ViewerClient final : public Client {
   std::vector<std::string> logs_;  ///< of the round, the first one last
   std::size_t at_ = 0;
   std::uint64_t round_ = 0, ticks_ = 0;
-  LoopRecord record_;
+  LiveState state_;
   LogTopic log_;
 };
 
@@ -553,4 +553,4 @@ void LiveServer::stop() { core_->context.stop(); }
 
 const LiveCounts& LiveServer::counts() const { return core_->shared.counts; }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

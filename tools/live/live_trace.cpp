@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/view/server/live_trace.hpp"
+#include "tools/live/live_trace.hpp"
 
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <utility>
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 /// Ticks that may be new at a look: at 8 kHz, those of 60 ms.
@@ -121,4 +121,4 @@ void serve_trace(LiveDoor& door, const SceneView& scene, const ServoParameters& 
               "was given; force and situation are those that ran"});
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

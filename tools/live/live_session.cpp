@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/view/server/live_session.hpp"
+#include "tools/live/live_session.hpp"
 
 #include <poll.h>
 #include <sys/prctl.h>
@@ -14,7 +14,7 @@
 #include "hal/realtime/process_hardening.hpp"
 #include "tools/common/error.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 bool is_loopback(const std::string& address) {
@@ -24,7 +24,7 @@ bool is_loopback(const std::string& address) {
 /// A board over shared memory, which is zeroed.
 LiveBoard& board_in(hal::SharedMemory& memory) {
   if (memory.bytes().size() < sizeof(LiveBoard))
-    throw tools::OsError("the system has no memory left for the live session");
+    throw OsError("the system has no memory left for the live session");
   return *new (memory.bytes().data()) LiveBoard;  // placement, no heap
 }
 
@@ -63,7 +63,7 @@ std::vector<std::string> LiveDoor::words() const {
         ": whoever reaches this machine and has the token sees the session; nothing is encrypted");
   try {
     (void)read_page();
-  } catch (const tools::OsError& error) {
+  } catch (const OsError& error) {
     lines.push_back(std::string("without the page, for other viewers alone: ") + error.what());
   }
   return lines;
@@ -85,9 +85,8 @@ LiveSession::LiveSession(const ServeOptions& options, const SceneView& scene, bo
       door_(options),
       writer_(board_in(down_)) {
   if (!takes_hand) return;
-  if (up_.bytes().empty())
-    throw tools::OsError("the system has no memory left for the live session");
-  hand_ = std::make_unique<NewestReader<HandOrder>>(*new (up_.bytes().data()) HandBoard);
+  if (up_.bytes().empty()) throw OsError("the system has no memory left for the live session");
+  hand_ = std::make_unique<NewestReader<PageHand>>(*new (up_.bytes().data()) HandBoard);
 }
 
 void LiveSession::begin() {
@@ -110,20 +109,16 @@ void LiveSession::begin() {
       return 0;
     });
   if (error != 0)
-    throw tools::OsError("the live view's process cannot be started: " +
-                         std::generic_category().message(error));
+    throw OsError("the live view's process cannot be started: " +
+                  std::generic_category().message(error));
   door_.leave();
 }
 
-void LiveSession::publish(const LoopRecord& record, double rate_hz, double hand_stamp) {
-  publish(recorded_tick(record, rate_hz), record, hand_stamp);
+void LiveSession::publish(const RecordedTick& tick, const LiveState& state) {
+  writer_.publish(live_tick(tick, state.tick), state);
 }
 
-void LiveSession::publish(const RecordedTick& tick, const LoopRecord& record, double hand_stamp) {
-  writer_.publish(live_tick(tick, record.tick.tick), live_state(record, hand_stamp));
-}
-
-HandOrder LiveSession::order() { return hand_ ? hand_->newest() : HandOrder{}; }
+PageHand LiveSession::order() { return hand_ ? hand_->newest() : PageHand{}; }
 
 bool LiveSession::is_stopped() {
   stopped_ = stopped_ || signals_.asked() != 0;
@@ -137,4 +132,4 @@ void LiveSession::wait_for_stop() {
   }
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/session/guide_legs.hpp"
+#include "tools/plan/guide_legs.hpp"
 
 #include <algorithm>
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 std::string number_word(unsigned count) {
@@ -66,4 +66,4 @@ std::string GuideLegs::place(GuideState state, std::uint32_t station) const {
          ", then " + (leg + 1 < count() ? words(leg + 1) : std::string("the goal"));
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

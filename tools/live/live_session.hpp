@@ -12,10 +12,10 @@
 #include "hal/realtime/servo_process.hpp"
 #include "hal/realtime/shared_memory.hpp"
 #include "hal/realtime/stop_signals.hpp"
-#include "host_sim/view/page_file.hpp"
-#include "host_sim/view/server/live_server.hpp"
+#include "tools/live/live_server.hpp"
+#include "tools/live/page_file.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 struct ServeOptions {
   std::string address = "127.0.0.1";
@@ -50,17 +50,16 @@ class LiveDoor {
 /// A session that this process runs by itself, in real time: no device, no motors.
 class LiveSession {
  public:
-  /// `takes_hand`: pages may move the simulated hand. @throws as ListeningSocket, tools::OsError.
+  /// `takes_hand`: pages may move the simulated hand. @throws as ListeningSocket, OsError.
   LiveSession(const ServeOptions& options, const SceneView& scene, bool takes_hand);
 
-  /// Forks the server and prints where it is. Before any thread. @throws tools::OsError.
+  /// Forks the server and prints where it is. Before any thread. @throws OsError.
   void begin();
-  void publish(const LoopRecord& record, double rate_hz, double hand_stamp = 0);
-  /// `tick`: what the core was given, where it is not what `record` says.
-  void publish(const RecordedTick& tick, const LoopRecord& record, double hand_stamp = 0);
+  /// `tick`: what the core was given; `state`: what it made of it.
+  void publish(const RecordedTick& tick, const LiveState& state);
   /// No further tick comes.
   void finish() { writer_.finish(); }
-  [[nodiscard]] HandOrder order();  ///< the newest of a page; wanted 0: none yet
+  [[nodiscard]] PageHand order();  ///< the newest of a page; wanted 0: none yet
 
   /// Whether a signal has asked to stop.
   [[nodiscard]] bool is_stopped();
@@ -71,10 +70,10 @@ class LiveSession {
   hal::SharedMemory down_, up_;  ///< to the server; from it, where pages may move the hand
   LiveDoor door_;
   LiveWriter writer_;
-  std::unique_ptr<NewestReader<HandOrder>> hand_;
+  std::unique_ptr<NewestReader<PageHand>> hand_;
   hal::StopSignals signals_;
   bool stopped_ = false;
   hal::ServoProcess server_;  ///< goes first
 };
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/view/server/viewer_messages.hpp"
+#include "tools/live/viewer_messages.hpp"
 
 #include <nlohmann/json.hpp>
 
-#include "host_sim/view/topics.hpp"
+#include "tools/live/topics.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -62,4 +62,4 @@ std::string foxglove_frame(std::uint32_t subscription, std::uint64_t time_ns,
   return frame;
 }
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -8,12 +8,12 @@
 #include <span>
 #include <vector>
 
-#include "host_sim/view/server/live_session.hpp"
 #include "rt_core/exchange/device_exchange.hpp"
 #include "rt_core/exchange/step_trace.hpp"
 #include "rt_core/servo_tick.hpp"
+#include "tools/live/live_session.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 /// Takes what is new in the flight recorders of a servo process and its spares to a board. Owner:
 /// one thread.
@@ -45,4 +45,4 @@ class TraceFollower {
 void serve_trace(LiveDoor& door, const SceneView& scene, const ServoParameters& servo,
                  std::vector<std::span<const std::byte>> recorders);
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

@@ -19,9 +19,11 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/device/loop_run.hpp"
+#include "rt_core/scene/scene_view.hpp"
+#include "tools/live/live_state.hpp"
+#include "tools/plan/guide_legs.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 enum class Topic : std::uint8_t {
   kScene = 0,
@@ -50,24 +52,22 @@ struct TopicFacts {
 [[nodiscard]] const std::array<TopicFacts, kTopics>& topics();
 
 /// Time of a tick's messages, from the session's begin on.
-[[nodiscard]] std::uint64_t topic_time_ns(const LoopRecord& record);
+[[nodiscard]] std::uint64_t topic_time_ns(const LiveState& tick);
 
 /// The message of Topic::kScene.
 [[nodiscard]] std::string scene_message(const SceneView& scene);
 
 /// The message of one of kTickTopics; numbers have 17 digits. Of Topic::kGuide empty where the
 /// scene has no guide, of which `legs` are: then there is none.
-[[nodiscard]] std::string tick_message(Topic topic, const LoopRecord& record,
-                                       const GuideLegs& legs);
+[[nodiscard]] std::string tick_message(Topic topic, const LiveState& tick, const GuideLegs& legs);
 
-/// Topic::kLog of a session: what is new since the record before.
+/// Topic::kLog of a session: what is new since the tick before.
 class LogTopic {
  public:
-  [[nodiscard]] std::vector<std::string> messages(const LoopRecord& record);
+  [[nodiscard]] std::vector<std::string> messages(const LiveState& tick);
 
  private:
-  std::uint32_t flags_ = 0;
-  ContactSituation situation_ = ContactSituation::kNone;
+  std::uint32_t flags_ = 0, situation_ = 0;
 };
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

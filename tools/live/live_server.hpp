@@ -11,16 +11,16 @@
 #include <memory>
 #include <string>
 
-#include "host_sim/view/server/live_board.hpp"
-#include "host_sim/view/server/live_protocol.hpp"
+#include "tools/live/live_board.hpp"
+#include "tools/live/live_protocol.hpp"
 
-namespace haptic::sim {
+namespace haptic::tools {
 
 /// Bound and listening. Made before the server's process is, so that a refusal is said at once.
 class ListeningSocket {
  public:
-  /// `address` as digits; port 0: one that is free. @throws tools::UsageError  no such address;
-  /// tools::OsError  it is taken, or not allowed.
+  /// `address` as digits; port 0: one that is free. @throws UsageError  no such address;
+  /// OsError  it is taken, or not allowed.
   ListeningSocket(const std::string& address, std::uint16_t port);
   ~ListeningSocket() { close(); }
   ListeningSocket(const ListeningSocket&) = delete;
@@ -82,4 +82,4 @@ class LiveServer {
   std::unique_ptr<Core> core_;
 };
 
-}  // namespace haptic::sim
+}  // namespace haptic::tools

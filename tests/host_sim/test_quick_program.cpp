@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// The program host_sim that tools/quickstart builds: what it has, and what it says of the rest.
+#include <doctest/doctest.h>
+
+#include <fstream>
+#include <string>
+
+#include "tests/host_sim/sample_scenes.hpp"
+#include "tests/support/program_run.hpp"
+
+using namespace haptic::sim;
+using namespace haptic::sim::test;
+
+namespace {
+
+ProgramResult quick(const std::string& arguments) {
+  return run_program(HAPTIC_HOST_SIM_QUICK, arguments);
+}
+
+}  // namespace
+
+TEST_SUITE("host_sim.quick_program") {
+  TEST_CASE("a command that is left out says how to build it, whatever comes after its name") {
+    for (const std::string command :
+         {"plan", "plan s.rtscene --goal 0,0,0 -o p.plan", "play r.hrec --scene s.rtscene",
+          "run --scene s.rtscene --serve --port 8000", "serve 2 --hand firm", "usb-device -x"}) {
+      CAPTURE(command);
+      const ProgramResult said = quick(command);
+      CHECK(said.exit_code == 4);
+      CHECK(said.out.empty());
+      CHECK(said.err.starts_with("host_sim: " + command.substr(0, command.find(' ')) + ": "));
+      CHECK(said.err.find("cmake --build --preset release --target host_sim") != std::string::npos);
+    }
+    CHECK(quick("--help").out.find("Not in this program") != std::string::npos);
+  }
+
+  TEST_CASE("what it has gives the bytes of the whole program; no way in is looked for") {
+    const ScratchFolder folder("quick");
+    const std::string scene = folder.file("s.rtscene"), motion = folder.file("m.csv");
+    const std::vector<std::byte> bytes = scene_of(tetrahedron(), box(0.1, 0.06, 0.05));
+    std::ofstream(scene, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()),
+               static_cast<std::streamsize>(bytes.size()));
+    const ProgramResult made = quick("motion --for '" + scene + "' -o '" + motion + "'");
+    CHECK(made.exit_code == 0);
+    CHECK(made.out.find("no way in was looked for, as that needs the planner") !=
+          std::string::npos);
+    const std::string replay = "replay '" + scene + "' '" + motion + "' --check --out ";
+    CHECK(quick(replay + "'" + folder.file("quick.csv") + "'").exit_code == 0);
+    CHECK(run_program(HAPTIC_HOST_SIM, replay + "'" + folder.file("whole.csv") + "'").exit_code ==
+          0);
+    CHECK(text_of_file(folder.file("quick.csv")) == text_of_file(folder.file("whole.csv")));
+  }
+}
