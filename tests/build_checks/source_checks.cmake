@@ -4,6 +4,14 @@ foreach(rule include_direction core_words licence_line top_level comment_first_w
   haptic_build_check(${rule} ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -P ${checks}/${rule}.cmake)
 endforeach()
 
+set(stated ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -P ${checks}/stated_minutes.cmake)
+haptic_build_check(stated_minutes ${CMAKE_COMMAND} -DREADME=${PROJECT_SOURCE_DIR}/README.md ${stated})
+file(READ ${PROJECT_SOURCE_DIR}/README.md text)
+string(REGEX REPLACE "(tools/quickstart +# about )[0-9]+" "\\199" text "${text}")
+file(WRITE ${samples}/other_minutes.md "${text}")
+haptic_build_probe(stated_minutes.probe_other "says 99 min for quickstart" ${CMAKE_COMMAND}
+  -DREADME=${samples}/other_minutes.md ${stated})
+
 haptic_build_check(compiled_once ${CMAKE_COMMAND} -DCOMMANDS=${PROJECT_BINARY_DIR}/compile_commands.json
   -P ${checks}/compiled_once.cmake)
 file(WRITE ${samples}/compiled_twice.json "[

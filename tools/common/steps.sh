@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Sourced by tools/quickstart, tools/check and .ci/run: says each step, names the one that failed, installs packages.
 
-haptic_step="start"
+haptic_step="start" haptic_packages_s=0
 
 # step <text>: what is being done, and what is blamed when it fails.
 step() {
@@ -37,6 +37,7 @@ install_packages() {
   "${as_root[@]}" apt-get "${patience[@]}" update -q ||
     echo "The package list could not be renewed; trying with the present one."
   if "${as_root[@]}" apt-get "${patience[@]}" install -q -y --no-install-recommends "$@"; then
+    haptic_packages_s=$((haptic_packages_s + SECONDS - since))
     echo "Installed in $((SECONDS - since)) s."
     return
   fi
@@ -131,13 +132,24 @@ configure_quick() {
   fi
 }
 
-# minutes <for two cores>: said at the start, scaled to this machine.
+# minutes <name>: what tools/common/minutes.txt states of this command for two cores, as measured (CONTRIBUTING.md), scaled
+# to this machine; said at the start.
 minutes() {
-  local cores halves
+  local cores halves stated
+  stated="$(awk -v name="$1" '$1 == name { print $2 }' tools/common/minutes.txt)"
   cores="$(nproc)"
-  halves=$(( ($1 * 4 + cores - 1) / cores ))
+  halves=$(( (stated * 4 + cores - 1) / cores ))
   printf 'This takes about %d.%d minutes on %d cores the first time, much less again; packages to install aside.\n' \
     $((halves / 2)) $((halves % 2 * 5)) "$cores"
+}
+
+# took: the minutes so far, and the processor time of this command and of all that it has waited for; said at the end.
+took() {
+  awk -v wall="$SECONDS" -v packages="$haptic_packages_s" -v ticks_per_s="$(getconf CLK_TCK)" '{
+      sub(/^.*\) /, "")  # number and name of the process
+      cpu = ($12 + $13 + $14 + $15) / ticks_per_s
+      printf "This took %.1f minutes (%.1f of them for packages) and %.0f CPU seconds.\n", wall / 60, packages / 60, cpu
+    }' "/proc/$$/stat"
 }
 
 # build <preset> [cmake --build options]: each line says how much is done, and the seconds so far.
