@@ -180,8 +180,8 @@ TEST_SUITE("host_sim.bus_record") {
       CHECK(tape->unmet() == 0);
       CHECK(tape->ticks().size() > 15000);
       std::size_t resets = 0, unequal = 0;
-      for (const RecordedTick& tick : tape->ticks()) {
-        resets += (tick.marks & kMarkReset) != 0 ? 1u : 0u;
+      for (const haptic::tools::RecordedTick& tick : tape->ticks()) {
+        resets += (tick.marks & haptic::tools::kMarkReset) != 0 ? 1u : 0u;
         unequal += test::hash_after(own.core(), tick) == tick.state_hash ? 0u : 1u;
       }
       CHECK(unequal == 0);

@@ -194,7 +194,7 @@ class Attacker {
   Random random_;
 };
 
-bool is_sane(const HandOrder& order) {
+bool is_sane(const PageHand& order) {
   double square = 0;
   for (const double x : order.p_wa_m)
     if (!(std::abs(x) <= 1000)) return false;
@@ -206,10 +206,10 @@ bool is_sane(const HandOrder& order) {
 template <typename GoesOn>
 std::size_t attack_while(GoesOn goes_on) {
   ServedBoard served(true);
-  NewestReader<HandOrder> order(*served.hand);
+  NewestReader<PageHand> order(*served.hand);
   TestClient witness(served, kPage);
   Attacker attacker(served);
-  HandOrder last;
+  PageHand last;
   std::uint64_t next = 0, tokens_told = 0, strangers_served = 0;
   std::size_t rounds = 0, resident = 0;
   for (; goes_on(rounds); ++rounds) {
@@ -221,7 +221,7 @@ std::size_t attack_while(GoesOn goes_on) {
     if (kind == Attacker::kStranger)
       strangers_served += answer.starts_with("HTTP/1.1 403") ? 0u : 1u;
     // What a page may say moves the hand; nothing else does.
-    const HandOrder now = order.newest();
+    const PageHand now = order.newest();
     REQUIRE(is_sane(now));
     if (kind != Attacker::kFrames && kind != Attacker::kChangedMessage)
       REQUIRE((now.wanted == last.wanted && now.restarts == last.restarts));
@@ -246,7 +246,7 @@ std::size_t attack_while(GoesOn goes_on) {
   CHECK(served.server->counts().cut > rounds / 50);
   if (resident > 0) CHECK(resident_bytes() < resident + kMostGrowth_bytes);
   CHECK(ask(served.port, {served.target(), served.host(), ""}).status == 200);
-  const haptic::sim::LiveCounts& counts = served.server->counts();
+  const haptic::tools::LiveCounts& counts = served.server->counts();
   MESSAGE(rounds << " connections: " << counts.refused.load() << " of " << counts.requests.load()
                  << " requests refused, " << counts.cut.load() << " clients cut off, " << next
                  << " ticks of a page that watches, none lost; memory grew by "
