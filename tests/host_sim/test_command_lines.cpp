@@ -251,29 +251,12 @@ TEST_CASE("what nobody could read was not given: a full device, in every program
 }
 
 TEST_CASE("every help is text, names its exit codes and an example") {
-  const char* lab[] = {"accept",
-                       "calm",
-                       "compare-laws",
-                       "continuity",
-                       "cost",
-                       "crossings",
-                       "faults",
-                       "flight",
-                       "friction",
-                       "hold",
-                       "pareto",
-                       "pegs",
-                       "plan-sampled",
-                       "planners",
-                       "proxy-fuzz",
-                       "rates",
-                       "reproduce-paper",
-                       "soak",
-                       "stability",
-                       "surface-fuzz",
-                       "vectors",
-                       "verify",
-                       "wcet"};
+  const char* lab[] = {"accept",    "calm",       "compare-laws", "cost",
+                       "crossings", "faults",     "flight",       "friction",
+                       "hold",      "pareto",     "pegs",         "plan-sampled",
+                       "planners",  "proxy-fuzz", "rates",        "reproduce-paper",
+                       "soak",      "stability",  "surface-fuzz", "vectors",
+                       "verify",    "wcet"};
   const char* sim[] = {"motion", "plan", "play", "replay", "run", "serve", "usb-device", "view"};
   std::vector<std::pair<const char*, std::string>> calls{
       {kCompiler, ""}, {kInspect, ""}, {kRun, "doctor"}, {kRun, "run"}};

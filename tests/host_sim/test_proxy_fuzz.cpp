@@ -158,7 +158,7 @@ TEST_SUITE("host_sim.proxy_fuzz") {
       const char *words, *stem, *fault;
     };
     for (const Row& row : {Row{"crossings --crossings 4", "crossings", "certificate"},
-                           Row{"hold --poses 3", "hold", "restless"}}) {
+                           Row{"hold --poses 30", "hold", "restless"}}) {
       INFO(row.words);
       const std::string out = folder.file(row.stem);
       CHECK(run_program(HAPTIC_HOST_SIM, std::string(row.words) + " --out " + out).exit_code == 0);
@@ -170,7 +170,7 @@ TEST_SUITE("host_sim.proxy_fuzz") {
           one.out.find("1 " + std::string(row.stem == std::string("hold") ? "pose" : "crossing")) !=
           std::string::npos);
       const ProgramResult damaged = run_program(
-          HAPTIC_HOST_SIM, std::string(row.words) + "0 --fault " + std::string(row.fault));
+          HAPTIC_HOST_SIM, std::string(row.words) + " --fault " + std::string(row.fault));
       CHECK(damaged.exit_code == 1);
       CHECK(damaged.out.find("## Failures") != std::string::npos);
     }

@@ -132,7 +132,7 @@ configure_quick() {
   fi
 }
 
-# minutes <name>: what tools/common/minutes.txt states of this command for two cores, as measured (CONTRIBUTING.md), scaled
+# minutes <name>: what tools/common/minutes.txt states of this command for two cores, as measured, scaled
 # to this machine; said at the start.
 minutes() {
   local cores halves stated

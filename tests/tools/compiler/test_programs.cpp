@@ -199,7 +199,7 @@ TEST_SUITE("tools.programs") {
     CHECK(compile(arguments + " --without contact_geometry").exit_code == 0);
     const std::string header = text_of_file(folder.file("scene_image.hpp"));
     CHECK(header.find(".contact_geometry = false,") != std::string::npos);
-    CHECK(header.find(".proxy = true,") != std::string::npos);
+    CHECK(header.find(".laws = 4u,") != std::string::npos);
     CHECK(header.find(folder.file("")) == std::string::npos);
     CHECK(compile(arguments + " --without proxy").exit_code == 2);
     CHECK(
