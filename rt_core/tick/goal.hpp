@@ -59,7 +59,7 @@ class GoalStage {
 
   Vec3 grip_a_ = Vec3::Zero();  ///< grip point in A's mesh frame
   bool holds_ = false;          ///< law kProxy: the goal is held inside the envelope
-  bool locked_ = false;         ///< the envelope is one orientation, whatever the device's is
+  bool locked_ = false;         ///< the envelope is one orientation; the device's is not used
   Mat3 locked_r_wa_ = Mat3::Identity();  ///< that orientation
   MotionEnvelope envelope_;
   Real anchor_rad_ = 0;     ///< largest turn of the goal from the proxy

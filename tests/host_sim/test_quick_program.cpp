@@ -20,7 +20,7 @@ ProgramResult quick(const std::string& arguments) {
 }  // namespace
 
 TEST_SUITE("host_sim.quick_program") {
-  TEST_CASE("a command that is left out says how to build it, whatever comes after its name") {
+  TEST_CASE("a command that is left out says how to build it, with any words behind its name") {
     for (const std::string command :
          {"plan", "plan s.rtscene --goal 0,0,0 -o p.plan", "play r.hrec --scene s.rtscene",
           "run --scene s.rtscene --serve --port 8000", "serve 2 --hand firm", "usb-device -x"}) {

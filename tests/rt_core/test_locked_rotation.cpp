@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A part that never turns: its rotation is locked, whatever the device's orientation is.
+// A part that never turns: its rotation is locked, and the device's orientation is not looked at.
 #include <doctest/doctest.h>
 
 #include <algorithm>
