@@ -22,7 +22,7 @@ std::string nanoseconds(double ns) {
   return buffer;
 }
 
-std::string short_number(double value, const char* format = "%.2g") {
+std::string number_shown(double value, const char* format = "%.2g") {
   if (std::isnan(value)) return "-";
   char buffer[32];
   std::snprintf(buffer, sizeof buffer, format, value);
@@ -74,10 +74,10 @@ std::string time_table(const PairMeasure& pair) {
     const bool ratio = contact != nullptr && plain != nullptr && contact->median_ns > 0;
     text += table_row({method, setting, contact == nullptr ? "-" : nanoseconds(contact->query_ns),
                        times(contact),
-                       ratio ? short_number(plain->median_ns / contact->median_ns, "%.3g") : "-",
+                       ratio ? number_shown(plain->median_ns / contact->median_ns, "%.3g") : "-",
                        times(row_in(pair, method, setting, PairState::kNear)),
                        times(row_in(pair, method, setting, PairState::kFar)),
-                       contact == nullptr ? "-" : short_number(contact->heap_calls, "%.3g")});
+                       contact == nullptr ? "-" : number_shown(contact->heap_calls, "%.3g")});
   }
   return text + "\n";
 }
@@ -104,10 +104,10 @@ std::string error_table(const PairMeasure& pair) {
     const ParetoRow* near = row_in(pair, method, setting, PairState::kNear);
     if (contact == nullptr || method == "empty") continue;
     text += table_row(
-        {method, setting, short_number(contact->median_error_m), short_number(contact->max_error_m),
-         short_number(contact->max_error_deep_m), short_number(contact->normal_error_deg),
-         near == nullptr ? "-" : short_number(near->max_error_m), wrong_cell(pair, method, setting),
-         short_number(contact->patch_points, "%.3g")});
+        {method, setting, number_shown(contact->median_error_m), number_shown(contact->max_error_m),
+         number_shown(contact->max_error_deep_m), number_shown(contact->normal_error_deg),
+         near == nullptr ? "-" : number_shown(near->max_error_m), wrong_cell(pair, method, setting),
+         number_shown(contact->patch_points, "%.3g")});
   }
   return text + "\n";
 }
@@ -125,7 +125,7 @@ std::string remarks(const PairMeasure& pair) {
   const ParetoRow* plain = row_in(pair, "exhaustive", "all nodes", PairState::kContact);
   if (plain != nullptr) {
     text += "The exhaustive search takes " +
-            short_number(plain->median_ns / static_cast<double>(pair.nodes), "%.2f") +
+            number_shown(plain->median_ns / static_cast<double>(pair.nodes), "%.2f") +
             " ns a node.\n\n";
   }
   return text;
@@ -137,8 +137,8 @@ std::string pair_sections(const ParetoResult& result) {
   if (result.pairs.empty()) return {};
   std::string text =
       std::string("## Depth error against run time\n\nTimes in ns of one call on one core, ") +
-      TickClock::name() + ", its own " + short_number(result.clock_empty_ns, "%.0f") +
-      " ns subtracted (it counts in steps of " + short_number(result.clock_step_ns, "%.2g") +
+      TickClock::name() + ", its own " + number_shown(result.clock_empty_ns, "%.0f") +
+      " ns subtracted (it counts in steps of " + number_shown(result.clock_step_ns, "%.2g") +
       " ns): per pose the least of " + std::to_string(result.plan.passes) +
       " passes in the order of the motion, then figures over the poses. `first tick`: the method "
       "made to forget before each call. Contact, near (less than 5 mm off) and far by the "
@@ -149,7 +149,7 @@ std::string pair_sections(const ParetoResult& result) {
   for (const PairMeasure& pair : result.pairs) {
     text += "## " + pair.name + ": " + pair.content + ", " + std::to_string(pair.nodes) +
             " basic contacts\n\n" + std::to_string(pair.poses) + " poses, " +
-            short_number(100 * pair.penetrating_share, "%.1f") + " % in contact.\n\n" +
+            number_shown(100 * pair.penetrating_share, "%.1f") + " % in contact.\n\n" +
             time_table(pair) + error_table(pair) + remarks(pair);
   }
   return text;
