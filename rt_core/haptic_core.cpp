@@ -127,25 +127,25 @@ StepResult result_of(const Goal& goal, const ContactSet& contact, const Output& 
 StepResult with_felt(StepResult result, const FreePose& free, const Pose& pose_wa,
                      const FeltContact& felt) noexcept {
   result.proxy_pose_wa = pose_wa;
-  result.proxy_gap_m = free.work.gap_m;
-  result.potential_j = free.work.end_potential_j;
-  result.behind_ticks = free.work.behind_ticks;
+  result.proxy_gap_m = free.proxy.gap_m;
+  result.potential_j = free.proxy.end_potential_j;
+  result.behind_ticks = free.proxy.behind_ticks;
   result.situation = felt.situation;
   result.near_count = felt.point_count;
   StepCounters& n = result.counters;
-  n.proxy_passes = free.work.passes;
-  n.proxy_rejected = free.work.rejected;
-  n.proxy_rounds = free.work.rounds;
-  n.proxy_rows = free.work.rows;
-  n.qp_iterations = free.work.qp_iterations;
-  n.plane_gaps = free.work.plane_gaps;
-  n.valid_nodes = free.work.valid_nodes;
-  n.full_searches = free.work.full_searches;
-  n.search_work = free.work.search_work;
-  n.qp_programs = free.work.qp_programs;
-  n.qp_steps = free.work.qp_steps;
-  n.list_visits = free.work.list_visits;
-  n.work_units = free.work.units();
+  n.proxy_passes = free.proxy.work.passes;
+  n.proxy_rejected = free.proxy.work.rejected;
+  n.proxy_rounds = free.proxy.work.rounds;
+  n.proxy_rows = free.proxy.work.rows;
+  n.qp_iterations = free.proxy.work.qp_iterations;
+  n.plane_gaps = free.proxy.work.plane_gaps;
+  n.valid_nodes = free.proxy.work.valid_nodes;
+  n.full_searches = free.proxy.work.full_searches;
+  n.search_work = free.proxy.work.search_work;
+  n.qp_programs = free.proxy.work.qp_programs;
+  n.qp_steps = free.proxy.work.qp_steps;
+  n.list_visits = free.proxy.work.list_visits;
+  n.work_units = free.proxy.work.units();
   return result;
 }
 

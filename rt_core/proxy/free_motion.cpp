@@ -93,7 +93,8 @@ Real FreeMotion::room_to_limit(const Wrench& spring_w) const noexcept {
 /// program, with its friction, and of the planes that the part touches. A part that nothing touches
 /// is free in rotation too.
 bool FreeMotion::is_stuck(const FreePose& free) const noexcept {
-  if (free.work.moved || free.work.recovering || !(free.work.residual_n > kStuck_n)) return false;
+  if (free.proxy.moved || free.proxy.recovering || !(free.proxy.residual_n > kStuck_n))
+    return false;
   const Wrench& pull = free.spring_w;
   const Vec3 leverage = pull.torque_w / spring_.length_m;
   const Real pull2 = pull.force_w.squaredNorm() + leverage.squaredNorm();
@@ -113,20 +114,20 @@ bool FreeMotion::is_stuck(const FreePose& free) const noexcept {
 
 FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom& room) noexcept {
   FreePose free;
-  free.work = proxy_.tick(goal, room.scratch);
+  free.proxy = proxy_.tick(goal, room.scratch);
   free.grip = proxy_.pose();
   LeftPull pull;
-  pull.error = free.work.error;
+  pull.error = free.proxy.error;
   pull.held_m = proxy_.held_m();
-  pull.open_n = free.work.residual_n;
-  pull.spent = free.work.spent;
-  pull.moved = free.work.moved;
+  pull.open_n = free.proxy.residual_n;
+  pull.spent = free.proxy.spent;
+  pull.moved = free.proxy.moved;
   const PoseError error = hold_.felt(pull, spring_, radius_m_);
   if (hold_.holds()) free.flags |= kFlagHeld;
-  if (free.work.limited) free.flags |= kFlagProxyLimited;
-  if (free.work.spent) free.flags |= kFlagBehind;
-  if (free.work.crowded) free.flags |= kFlagListFull;
-  if (free.work.recovering) free.flags |= kFlagRecovery;
+  if (free.proxy.limited) free.flags |= kFlagProxyLimited;
+  if (free.proxy.spent) free.flags |= kFlagBehind;
+  if (free.proxy.crowded) free.flags |= kFlagListFull;
+  if (free.proxy.recovering) free.flags |= kFlagRecovery;
   const Real hooked = kHookedShare * radius_m_;
   if (error.translation_m.squaredNorm() > hooked * hooked) free.flags |= kFlagHooked;
   if (is_saturated(spring_, error)) free.flags |= kFlagSaturated;

@@ -20,7 +20,7 @@ struct FreePose {
   Wrench spring_w;      ///< the coupling's pull
   Wrench wrench_w;      ///< with its damping
   StoredEnergy stored;  ///< in the spring
-  ProxyTick work;
+  ProxyTick proxy;
   std::uint32_t flags = 0;  ///< kFlagProxyLimited, kFlagRecovery, kFlagProxyStuck, kFlagHooked,
                             ///< kFlagSaturated, kFlagBehind, kFlagListFull, kFlagHeld
 };

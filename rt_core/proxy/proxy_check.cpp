@@ -67,7 +67,7 @@ Proxy::SharedGap Proxy::shared_gap(ReachedPair& reached, const Step& step, Real 
     if (asked++ == kMaxSharedDirections) break;
     const PairView& view = *near_.pairs[imposed.pair].view;
     const auto gap_at = [&](const GripPose& pose) {
-      tick.plane_gaps += 1;
+      tick.work.plane_gaps += 1;
       return direction_gap(*pair.view, pose.r_wa, pose.x0_w - pair.reference_w,
                            plane_normal(view, pose.r_wa, imposed.id), reached.support);
     };
@@ -96,7 +96,7 @@ Proxy::PlaneWorth Proxy::worth_of(const ReachedPair& reached, const ValidPlane& 
   PlaneWorth found{plane.id, {}, gap_p_m, kLowest, kLowest, kLowest, {}};
   const PlaneGap gap = plane_gap(*pair.view, step.q.r_wa, Vec3(step.q.x0_w - pair.reference_w),
                                  plane.id, plane.support);
-  tick.plane_gaps += 1;
+  tick.work.plane_gaps += 1;
   found.support = gap.support;
   found.normal_q_w = gap.normal_w;
   if (!gap.defined) return found;
@@ -178,7 +178,7 @@ bool Proxy::certify_by_face(ReachedPair& reached, const Step& step, Real least_m
     if (face_bound(*pair.view, part_.pose.r_wa, y_p_w, id, reached.support) < least_valid)
       return true;
     if (face_bound(*pair.view, step.q.r_wa, y_w, id, reached.support) < least_m) return true;
-    tick.plane_gaps += 1;
+    tick.work.plane_gaps += 1;
     const PlaneGap at_p = plane_gap(*pair.view, part_.pose.r_wa, y_p_w, id, reached.support);
     if (at_p.gap_m >= least_valid) {
       worth = try_plane(reached, {id, at_p.support, at_p.gap_m}, false, step, least_m, worth, tick);
@@ -359,7 +359,7 @@ void Proxy::StepCheck::pick_next() noexcept {
     if (!reached_[at].open) continue;
     if (first_ == kNone || reached_[at].gap_q_m < reached_[first_].gap_q_m) first_ = at;
   }
-  tick_.search_work += scanned / kPickedOfUnit;
+  tick_.work.search_work += scanned / kPickedOfUnit;
 }
 
 /// Finds other planes for the pairs that lack: first those that lack most, then in their order.
@@ -440,7 +440,7 @@ bool Proxy::StepCheck::is_certified(ReachedPair& reached, ProxyPair& pair) noexc
 bool Proxy::StepCheck::seat_lacking(std::uint32_t& slot, const ReachedPair& passing) noexcept {
   std::uint32_t seat = proxy_.free_seat(least_m_, false);
   if (seat == reached_.size()) {
-    tick_.search_work += 1 + reached_.size() / kSeatsOfUnit;
+    tick_.work.search_work += 1 + reached_.size() / kSeatsOfUnit;
     look_at_lacking();
     seat = proxy_.free_seat(least_m_, true);
   }
@@ -498,7 +498,7 @@ Proxy::Check Proxy::StepCheck::run() noexcept {
   // Another pair that lacks a plane is told first: its plane may keep this one clear too.
   if (unsure_) {
     result_.ok = false;
-    tick_.spent = !(result_.lacking_m > 0);
+    proxy_.move_.spent = !(result_.lacking_m > 0);
   }
   return result_;
 }
@@ -558,7 +558,7 @@ bool Proxy::correct(Step& step, ProxyTick& tick) noexcept {
       const PlaneGap gap =
           plane_gap(*pair.view, trial.q.r_wa, Vec3(trial.q.x0_w - pair.reference_w), reached.plane,
                     reached.support);
-      tick.plane_gaps += 1;
+      tick.work.plane_gaps += 1;
       if (!gap.defined) continue;
       QpRow row;
       row.g.head<3>() = gap.normal_w;

@@ -65,7 +65,7 @@ struct Proxy::ClimbStart {
   Real way_left_m = 0, turn_left_rad = 0;
   bool may_close = false, moved_little = false, limited = false;
   Real residual_n = 0;
-  std::uint32_t rejected = 0, active_count = 0;
+  std::uint32_t active_count = 0;
   std::array<ImposedPlane, kMaxFeltPlanes> active;
   std::array<Real, kMostLeftOut> left_out_m{};
   double back_m = 0;  ///< how far p has gone since
@@ -81,7 +81,6 @@ Proxy::ClimbStart Proxy::climb_start(const ProxyTick& tick) const noexcept {
   start.moved_little = move_.moved_little;
   start.limited = tick.limited;
   start.residual_n = tick.residual_n;
-  start.rejected = tick.rejected;
   start.active_count = kept_.active.size();
   std::copy(kept_.active.begin(), kept_.active.end(), start.active.begin());
   for (std::uint32_t k = 0; k < near_.list.left_out().size(); ++k) {
@@ -92,7 +91,7 @@ Proxy::ClimbStart Proxy::climb_start(const ProxyTick& tick) const noexcept {
 
 PlaneGap Proxy::gap_at_p(const ImposedPlane& plane, ProxyTick& tick) const noexcept {
   const ProxyPair& pair = near_.pairs[plane.pair];
-  tick.plane_gaps += 1;
+  tick.work.plane_gaps += 1;
   return plane_gap(*pair.view, part_.pose.r_wa, Vec3(part_.pose.x0_w - pair.reference_w), plane.id,
                    plane.support);
 }
@@ -101,7 +100,7 @@ PlaneGap Proxy::gap_at_p(const ImposedPlane& plane, ProxyTick& tick) const noexc
 /// the same pairs.
 bool Proxy::may_climb(ProxyTick& tick) noexcept {
   const Real climb_m = parameters_.scale.climb_m;
-  if (!(climb_m > 0) || tick.inside || kept_.active.size() < 2 || !has_budget(tick)) return false;
+  if (!(climb_m > 0) || pass_.inside || kept_.active.size() < 2 || !has_budget(tick)) return false;
   const auto normal_of = [&](const ImposedPlane& plane) {
     ProxyPair& pair = near_.pairs[plane.pair];
     need_view(pair, tick);
@@ -130,14 +129,14 @@ bool Proxy::find_low_face(const ImposedPlane& imposed, const Vec3& normal_w, Val
   std::array<ValidPlane, kMaxValidPlanes> planes;
   const ValidResult found = find_valid_planes(pose_of(pair), pair.plane, pair.support, -deepest_m,
                                               scratch_.valid, planes);
-  tick.valid_nodes += found.visited;
+  tick.work.valid_nodes += found.visited;
   if (found.cut) room_m = 0;
   bool any = false;
   for (std::uint32_t k = 0; k < found.count; ++k) {
     const ValidPlane& plane = planes[k];
     if (!(plane.gap_m < -scale.tolerance_m / 2) || (any && !(plane.gap_m > low.gap_m))) continue;
     if (!(plane.id == imposed.id)) {
-      tick.plane_gaps += 1;
+      tick.work.plane_gaps += 1;
       if (plane_normal(*pair.view, part_.pose.r_wa, plane.id).dot(normal_w) > kOtherPlane) continue;
     }
     const Real too_deep_m = -plane.gap_m - scale.climb_m;
@@ -230,7 +229,6 @@ void Proxy::step_back(const ClimbStart& start, ProxyTick& tick) noexcept {
     move_.may_close = start.may_close;
     move_.moved_little = start.moved_little;
     tick.limited = start.limited;
-    tick.rejected = start.rejected;
     tick.residual_n = start.residual_n;
     std::swap(program_.cones, slip_.last_cones);
     for (std::uint32_t k = 0; k < near_.list.left_out().size(); ++k) {
@@ -271,7 +269,7 @@ bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
   for (const ImposedPlane& plane : kept_.active) note(plane.pair, climb_.pairs, climb_.pair_count);
   ClimbStart start = climb_start(tick);
   const PoseError came = slip_.came;
-  const bool was_spent = tick.spent;
+  const bool was_spent = move_.spent;
   bool over = false;
   for (std::uint32_t k = 1; k <= kMostRises && !over; ++k) {
     Rise rise;
@@ -288,7 +286,7 @@ bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
     }
     // The pairs that the last pass has reached are known where it began, not where it has gone.
     if (found_.sets_version != part_.version) gather(error_of(goal, part_.pose), tick);
-    if (tick.inside || !check(up, -parameters_.scale.tolerance_m / 2, tick).ok) break;
+    if (pass_.inside || !check(up, -parameters_.scale.tolerance_m / 2, tick).ok) break;
     start.back_m += static_cast<double>(std::sqrt(up.dx_m.squaredNorm()));
     accept(up);
     // What p is pressed on beside holds it up here too.
@@ -303,11 +301,11 @@ bool Proxy::climb(const GripPose& goal, ProxyTick& tick) noexcept {
     // Its limit is the energy at the start, not that up here.
     over = pass(goal, tick) == PassEnd::kMoved;
     climb_.leg = 0;
-    if (tick.spent) break;
+    if (move_.spent) break;
   }
   if (over) {
-    tick.spent = was_spent;
-    tick.passes += 1;
+    move_.spent = was_spent;
+    tick.work.passes += 1;
     climb_.pair_count = 0;
   } else {
     step_back(start, tick);

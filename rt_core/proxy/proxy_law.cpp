@@ -233,7 +233,7 @@ bool Proxy::may_begin(Grant grant, ProxyTick& tick) noexcept {
   const bool first = (move_.grants & grant) == 0;
   move_.grants = static_cast<std::uint8_t>(move_.grants | grant);
   if (first || has_budget(tick)) return true;
-  tick.spent = true;
+  move_.spent = true;
   return false;
 }
 
@@ -415,7 +415,8 @@ ProxyTick Proxy::begin_tick(const GripPose& goal) noexcept {
   near_.tick_motion_m =
       std::max(near_.tick_motion_m / 2, static_cast<Real>(odometer - near_.tick_start_m));
   near_.tick_start_m = odometer;
-  move_.longest = false;
+  move_.longest = move_.spent = false;
+  pass_.inside = pass_.recovering = false;
   ProxyTick tick;
   tick.start_potential_j = potential_j(parameters_.spring, error_of(goal, part_.pose));
   tick.end_potential_j = tick.start_potential_j;
@@ -434,7 +435,7 @@ Proxy::PassEnd Proxy::make_passes(const GripPose& goal, ProxyTick& tick) noexcep
   for (std::uint32_t k = 0; k < parameters_.passes; ++k) {
     move_.pass_of_tick = k;
     end = pass(goal, tick);
-    tick.passes += 1;
+    tick.work.passes += 1;
     tick.moved = tick.moved || end == PassEnd::kMoved;
     if (k == 0 && end != PassEnd::kMoved) slip_.came = PoseError{};
     if (end == PassEnd::kSpent) {
@@ -449,7 +450,7 @@ Proxy::PassEnd Proxy::make_passes(const GripPose& goal, ProxyTick& tick) noexcep
     // The planes that a short step has found may lead farther; a second one says that they do not.
     if (pass_.is_short && ++short_passes == kMostShortPasses) break;
     if (!has_budget(tick)) {
-      tick.spent = tick.spent || end == PassEnd::kMoved;
+      move_.spent = move_.spent || end == PassEnd::kMoved;
       break;
     }
   }
@@ -464,8 +465,9 @@ Proxy::PassEnd Proxy::make_passes(const GripPose& goal, ProxyTick& tick) noexcep
   }
   // The list of near pairs has been outrun, or the passes have ended before a screened part was as
   // fast as it asks to be.
-  if (move_.list_cut && tick.moved) tick.spent = true;
-  if (was_bound && end == PassEnd::kMoved && tick.passes == parameters_.passes) tick.spent = true;
+  if (move_.list_cut && tick.moved) move_.spent = true;
+  if (was_bound && end == PassEnd::kMoved && tick.work.passes == parameters_.passes)
+    move_.spent = true;
   return end;
 }
 
@@ -488,7 +490,7 @@ void Proxy::tell_gap(PassEnd end, ProxyTick& tick) noexcept {
 /// Notes if a tick with the same goal could find anything better; `chosen`: this one has chosen its
 /// planes from the start.
 void Proxy::end_rest(PassEnd end, bool chosen, const ProxyTick& tick) noexcept {
-  rest_.still = !tick.moved && !tick.inside && !tick.spent &&
+  rest_.still = !tick.moved && !pass_.inside && !move_.spent &&
                 (end == PassEnd::kDone || rest_.held >= kLeastHeld);
   // Only with planes that this tick has chosen from the start, to the end; else the next one with
   // this goal does, or goes on with it.
@@ -500,12 +502,8 @@ void Proxy::end_rest(PassEnd end, bool chosen, const ProxyTick& tick) noexcept {
                : gains         ? rest_.slow - (rest_.slow > 0)
                                : std::min(rest_.slow + 1, kMostHeld);
   if (!rest_.settled) return;
-  ProxyTick& settled = rest_.settled_tick[0] = tick;
-  settled.passes = settled.rejected = 0;
-  settled.rounds = settled.rows = settled.qp_iterations = 0;
-  settled.plane_gaps = settled.valid_nodes = settled.full_searches = 0;
-  settled.search_work = settled.qp_programs = settled.qp_steps = settled.balances = 0;
-  settled.regions = 0;
+  rest_.settled_tick[0] = tick;
+  rest_.settled_tick[0].work = ProxyWork{};
 }
 
 ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
@@ -521,17 +519,19 @@ ProxyTick Proxy::tick(const GripPose& goal, NearScratch& scratch) noexcept {
   const bool chosen = rest_.choose_from_start || sticks();
   ProxyTick tick = begin_tick(goal);
   const PassEnd end = make_passes(goal, tick);
-  move_.behind_ticks = tick.spent ? move_.behind_ticks + 1 : 0;
+  move_.behind_ticks = move_.spent ? move_.behind_ticks + 1 : 0;
   tick.behind_ticks = move_.behind_ticks;
-  rest_.choice_spent = !tick.moved && (rest_.choice_spent || (chosen && tick.spent));
+  tick.spent = move_.spent;
+  tick.recovering = pass_.recovering;
+  rest_.choice_spent = !tick.moved && (rest_.choice_spent || (chosen && move_.spent));
   if (tick.residual_n > kResidual_n || rest_.choice_spent) tick.limited = true;
   tick.error = error_of(goal, part_.pose);
   tell_gap(end, tick);
-  range_.pass_units =
-      std::max(range_.pass_units / 2, tick.units() - tick.list_visits / kListVisitsOfUnit);
+  range_.pass_units = std::max(range_.pass_units / 2,
+                               tick.work.units() - tick.work.list_visits / kListVisitsOfUnit);
   settle_slip();
   feel(tick);
-  if (!tick.inside && !near_.waiting && unlisted_m() > 0) out_.led_out = false;
+  if (!pass_.inside && !near_.waiting && unlisted_m() > 0) out_.led_out = false;
   end_rest(end, chosen, tick);
   return tick;
 }

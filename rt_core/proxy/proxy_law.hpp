@@ -169,7 +169,7 @@ class Proxy {
   [[nodiscard]] bool reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) noexcept;
   [[nodiscard]] Real least_fall_j(Real potential_j) const noexcept;
   [[nodiscard]] bool has_budget(const ProxyTick& tick) const noexcept {
-    return tick.units() < parameters_.work_units;
+    return tick.work.units() < parameters_.work_units;
   }
   [[nodiscard]] bool may_begin(Grant grant, ProxyTick& tick) noexcept;
   [[nodiscard]] bool may_search(ProxyPair& pair, ProxyTick& tick) noexcept;

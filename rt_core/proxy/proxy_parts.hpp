@@ -185,7 +185,27 @@ struct PlaneRegion {
   std::array<ManifoldPoint, kMaxManifoldPoints> points;
 };
 
-/// Work and state of one tick of the proxy.
+/// The account of one tick: written by addition, and `rounds`, `rows` and `qp_iterations` as those
+/// of the largest pass or program.
+struct ProxyWork {
+  std::uint32_t passes = 0, rejected = 0;
+  std::uint32_t rounds = 0, rows = 0, qp_iterations = 0;
+  std::uint32_t qp_programs = 0, qp_steps = 0;
+  std::uint32_t plane_gaps = 0, valid_nodes = 0, full_searches = 0, search_work = 0;
+  std::uint32_t regions = 0;      ///< contact regions found
+  std::uint32_t balances = 0;     ///< of the forces of what rubs
+  std::uint32_t list_visits = 0;  ///< nodes of the trees that lists of near pairs looked at
+  std::uint32_t screened = 0;     ///< work of the screen, in kScreenOfUnit of a unit
+
+  /// In units of the budget.
+  [[nodiscard]] std::uint32_t units() const noexcept {
+    return plane_gaps + valid_nodes + search_work + kRegionUnits * regions +
+           kProgramUnits * qp_programs + kQpStepUnits * qp_steps + kBalanceUnits * balances +
+           list_visits / kListVisitsOfUnit + screened / kScreenOfUnit;
+  }
+};
+
+/// One tick of the proxy: what came of it, and what it cost.
 struct ProxyTick {
   PoseError error;  ///< of the goal against the proxy at the end
   Real gap_m = 0;   ///< smallest known gap, a lower bound of the distance
@@ -193,28 +213,14 @@ struct ProxyTick {
   /// gap that is negative, by no more than half of what earlier passes of the tick have lowered it.
   Real start_potential_j = 0, end_potential_j = 0;
   Real residual_n = 0;  ///< pull that the planes of the last program leave, were p to follow it
-  std::uint32_t passes = 0, rounds = 0, rows = 0, qp_iterations = 0, plane_gaps = 0;
-  std::uint32_t valid_nodes = 0, full_searches = 0, search_work = 0, rejected = 0;
-  std::uint32_t qp_programs = 0, qp_steps = 0;
-  std::uint32_t regions = 0;       ///< contact regions found
-  std::uint32_t list_visits = 0;   ///< nodes of the trees that lists of near pairs looked at
   std::uint32_t behind_ticks = 0;  ///< ticks in a row that have ended for want of budget
-  std::uint16_t balances = 0;      ///< of the forces of what rubs
-  std::uint32_t screened = 0;      ///< work of the screen, in kScreenOfUnit of a unit
   bool spent = false;              ///< this is one
   bool moved = false;              ///< p is not where it was
   bool limited = false;            ///< a cap was met, or a residual is left
-  bool inside = false;             ///< the last pass has led p out of an obstacle
-  bool recovering = false;         ///< the same of where it was put, or of more than what rounding
-                                   ///< and low steps make: no wrench is due
-  bool crowded = false;            ///< pairs that the list has no slot for have cut a step
-
-  /// Work so far, in units of the budget.
-  [[nodiscard]] std::uint32_t units() const noexcept {
-    return plane_gaps + valid_nodes + search_work + kRegionUnits * regions +
-           kProgramUnits * qp_programs + kQpStepUnits * qp_steps + kBalanceUnits * balances +
-           list_visits / kListVisitsOfUnit + screened / kScreenOfUnit;
-  }
+  bool recovering = false;  ///< the last pass has led p out of an obstacle that it was put in, or
+                            ///< out of more than what rounding and low steps make: no force is due
+  bool crowded = false;     ///< pairs that the list has no slot for have cut a step
+  ProxyWork work;
 };
 
 }  // namespace haptic

@@ -124,9 +124,9 @@ bool Proxy::PassTry::go_without_turn() noexcept {
     proxy_.pass_.is_short = false;
     return true;
   }
-  tick_.spent = false;
+  proxy_.move_.spent = false;
   if (!proxy_.check(step_, -scale_.tolerance_m / 2, tick_).ok) {
-    tick_.spent = true;
+    proxy_.move_.spent = true;
     return false;
   }
   end_j_ = short_j;
@@ -156,7 +156,7 @@ bool Proxy::PassTry::rescue() noexcept {
   const bool may_let_go = !friction || (proxy_.rest_.held == 0 && !proxy_.rests_on_friction());
   const Step asked = step_;
   if (!friction && proxy_.correct(step_, tick_) && affordable(step_)) return true;
-  if (tick_.spent) return false;
+  if (proxy_.move_.spent) return false;
   step_.dx_m = asked.dx_m;
   step_.dtheta_rad = asked.dtheta_rad;
   if (shorten()) return true;
@@ -170,7 +170,7 @@ bool Proxy::PassTry::rescue() noexcept {
 
 Proxy::PassEnd Proxy::PassTry::run() noexcept {
   const bool found = proxy_.solve(error_, step_, tick_);
-  if (tick_.spent) return proxy_.end_spent();
+  if (proxy_.move_.spent) return proxy_.end_spent();
   tick_.residual_n = proxy_.left_over_n(proxy_.program_.near_wish, Vec3::Zero(), Vec3::Zero());
   const bool rests = found && !closes_ && proxy_.rests(error_, tick_);
   bool ok = !rests && found && affordable(step_);
@@ -184,14 +184,14 @@ Proxy::PassEnd Proxy::PassTry::run() noexcept {
   }
   if (!ok && proxy_.climb_.leg > 0) return PassEnd::kRejected;
   if (!ok) ok = rescue();
-  if (tick_.spent) return proxy_.end_spent();
+  if (proxy_.move_.spent) return proxy_.end_spent();
   proxy_.remember_active();
   if (!ok) {
     // p is free: nothing is lost. The same planes would lead to the same end: the next pass chooses
     // its planes from the start.
     proxy_.rest_.choose_from_start = true;
     proxy_.move_.may_close = false;
-    tick_.rejected += 1;
+    if (proxy_.climb_.leg == 0) tick_.work.rejected += 1;
     tick_.limited = true;
     return PassEnd::kRejected;
   }
@@ -208,8 +208,8 @@ Proxy::PassEnd Proxy::pass(const GripPose& goal, ProxyTick& tick) noexcept {
   // The program lowers the energy of the secant, and with it that of the spring.
   program_.secant = secant_spring(parameters_.spring, error);
   gather(error, tick);
-  if (tick.inside && climb_.leg > 0) return PassEnd::kRejected;
-  if (tick.inside) {
+  if (pass_.inside && climb_.leg > 0) return PassEnd::kRejected;
+  if (pass_.inside) {
     lead_out(goal, tick);
     return PassEnd::kMoved;
   }

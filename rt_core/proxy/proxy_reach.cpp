@@ -61,8 +61,8 @@ void Proxy::search_fully(ProxyPair& pair, ProxyTick& tick) noexcept {
   bounds.place(arena, *pair.view->a.record, *pair.view->b.record);
   bounds.reset(pair.view->marks);
   const NearResult found = find_nearest(pose, bounds, *scratch_.near);
-  tick.full_searches += 1;
-  tick.search_work +=
+  tick.work.full_searches += 1;
+  tick.work.search_work +=
       found.feature_evaluations + found.edge_pairs / kEdgePairsOfUnit + found.support_pairs;
   const NearNode& best = found.best;
   pair.plane = PlaneId{};
@@ -96,7 +96,7 @@ void Proxy::search_between(ProxyPair& pair, ProxyTick& tick) noexcept {
       const Vec3 between_w = line_between_edges_m(*pair.view, part_.pose.r_wa, y_w, i, j);
       const Real length = std::sqrt(between_w.squaredNorm());
       if (!(length > parameters_.scale.still_m)) continue;
-      tick.plane_gaps += 2;
+      tick.work.plane_gaps += 2;
       const DirectionGap gap =
           direction_gap(*pair.view, part_.pose.r_wa, y_w, between_w / length, pair.support);
       if (gap.gap_m > best.gap_m) best = gap;
@@ -116,7 +116,7 @@ bool Proxy::find_face(ProxyPair& pair, ProxyTick& tick) noexcept {
   for_each_face(*pair.view, [&](const PlaneId& id) {
     const Real least = best.defined ? std::max(best.gap_m, Real{0}) : Real{0};
     if (face_bound(*pair.view, part_.pose.r_wa, y_w, id, pair.support) < least) return true;
-    tick.plane_gaps += 1;
+    tick.work.plane_gaps += 1;
     const PlaneGap gap = plane_gap(*pair.view, part_.pose.r_wa, y_w, id, pair.support);
     if (!best.defined || gap.gap_m > best.gap_m) best = gap;
     return true;
@@ -173,7 +173,7 @@ bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
   const Vec3 y_w = part_.pose.x0_w - pair.reference_w;
   if (pair.known) {
     const PlaneGap gap = plane_gap(*pair.view, part_.pose.r_wa, y_w, pair.plane, pair.support);
-    tick.plane_gaps += 1;
+    tick.work.plane_gaps += 1;
     pair.support = gap.support;
     pair.gap_m = gap.defined ? gap.gap_m : -std::numeric_limits<Real>::max();
     pair.gap_version = part_.version;
@@ -205,7 +205,7 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
       const PlaneGap held =
           plane_gap(*pair.view, part_.pose.r_wa, Vec3(part_.pose.x0_w - pair.reference_w),
                     pair.plane, pair.support);
-      tick.plane_gaps += 1;
+      tick.work.plane_gaps += 1;
       if (held.defined) pair.gap_m = held.gap_m;
       pair.gap_version = part_.version;
     }
@@ -269,7 +269,7 @@ void Proxy::gather(const PoseError& error, ProxyTick& tick) noexcept {
   pass_.reach_m =
       std::min({scale.reach_m, pull_m + scale.margin_m,
                 range_.trust_m < scale.reach_m ? range_.trust_m + scale.margin_m : scale.reach_m});
-  tick.inside = tick.recovering = false;
+  pass_.inside = pass_.recovering = false;
   pass_.worst_gap_m = std::numeric_limits<Real>::max();
   // Among facets that conform, a pull is not the way that a step will go; a longer one widens this.
   if (has_facets()) {
@@ -374,13 +374,13 @@ void Proxy::list_pairs(ProxyTick& tick) noexcept {
         near_.list.go_on(most_visits, list_odometer_m(near_.list.begun_share()), pass_.reach_m);
     const std::uint32_t visits = near_.list.visited() - before;
     move_.list_visits_left -= std::min(visits, move_.list_visits_left);
-    tick.list_visits += visits;
+    tick.work.list_visits += visits;
     return finished;
   };
   bool finished = go_on(move_.list_visits_left);
   // Where the part has outrun its list it can but wait: the rest of the tick is for the next one.
   if (!finished && !(unlisted_m() > 2 * scale.still_m) && has_budget(tick)) {
-    finished = go_on(kListVisitsOfUnit * (parameters_.work_units - tick.units()));
+    finished = go_on(kListVisitsOfUnit * (parameters_.work_units - tick.work.units()));
   }
   if (!finished) return;
   range_.list_ticks =
@@ -443,8 +443,8 @@ Real Proxy::take_in(std::uint32_t slot, Real known_m, ProxyTick& tick) noexcept 
   if (pair.inside) {
     // Rounding and what is lower than a step that holds the part are left without a word.
     const Real slight_m = valid_depth(parameters_.scale) + parameters_.scale.climb_m;
-    tick.inside = true;
-    tick.recovering = tick.recovering || out_.led_out || -reached.gap_m > slight_m;
+    pass_.inside = true;
+    pass_.recovering = pass_.recovering || out_.led_out || -reached.gap_m > slight_m;
   }
   return reached.gap_m;
 }
@@ -511,7 +511,7 @@ void Proxy::find_valid(ReachedPair& reached, ProxyTick& tick) noexcept {
   const Real least = -valid_depth(parameters_.scale);
   const ValidResult found =
       find_valid_planes(pose_of(pair), pair.plane, pair.support, least, scratch_.valid, planes);
-  tick.valid_nodes += found.visited;
+  tick.work.valid_nodes += found.visited;
   for (std::uint32_t k = 0; k < found.count; ++k) {
     if (!found_.valid.push(planes[k])) break;
   }

@@ -41,10 +41,10 @@ Real Proxy::way_out_m(const Vec3& along_w, Real least_m, Real most_m, ProxyTick&
       const Vec3 y_w = part_.pose.x0_w - pair.reference_w;
       if (pair.known) {
         const PlaneGap held = plane_gap(*pair.view, part_.pose.r_wa, y_w, pair.plane, pair.support);
-        tick.plane_gaps += 1;
+        tick.work.plane_gaps += 1;
         if (held.defined && held.gap_m + way_m * held.normal_w.dot(along_w) >= free_m) continue;
       }
-      tick.plane_gaps += 2;
+      tick.work.plane_gaps += 2;
       const Real own_m =
           free_m - direction_gap(*pair.view, part_.pose.r_wa, y_w, along_w, pair.support).gap_m;
       if (!(own_m > way_m)) continue;
@@ -69,7 +69,7 @@ Vec3 Proxy::short_way_out(ProxyTick& tick) noexcept {
     const PlaneGap gap =
         plane_gap(*pair.view, part_.pose.r_wa, Vec3(part_.pose.x0_w - pair.reference_w), pair.plane,
                   pair.support);
-    tick.plane_gaps += 1;
+    tick.work.plane_gaps += 1;
     if (!gap.defined) continue;
     QpRow row;
     row.g.head<3>() = gap.normal_w;
@@ -94,7 +94,7 @@ Real Proxy::choose_way_out(ProxyTick& tick) noexcept {
     const ProxyPair& pair = near_.pairs[reached.pair];
     const PlaneGap gap = plane_gap(*pair.view, part_.pose.r_wa,
                                    Vec3(part_.pose.x0_w - pair.reference_w), id, pair.support);
-    tick.plane_gaps += 1;
+    tick.work.plane_gaps += 1;
     // Of its own pair alone a way is at least as long as that pair is deep.
     if (!gap.defined || !(-gap.gap_m < way_m)) return;
     const Real far_m = way_out_m(gap.normal_w, std::max(-gap.gap_m, Real{0}), way_m, tick);
@@ -149,7 +149,7 @@ void Proxy::go_out(const Vec3& way_m, const GripPose& goal, ProxyTick& tick) noe
     const ProxyPair& pair = near_.pairs[reached.pair];
     reached.gap_q_m = clear_m(pair);
     if (!pair.inside) continue;
-    tick.plane_gaps += 1;
+    tick.work.plane_gaps += 1;
     const PlaneGap gap =
         plane_gap(*pair.view, part_.pose.r_wa, Vec3(part_.pose.x0_w - pair.reference_w), pair.plane,
                   pair.support);

@@ -9,7 +9,7 @@ namespace haptic {
 
 PlaneGap Proxy::gap_at(const ProxyPair& pair, const Step& at, const PlaneId& id,
                        SupportPair support, ProxyTick& tick) const noexcept {
-  tick.plane_gaps += 1;
+  tick.work.plane_gaps += 1;
   return plane_gap(*pair.view, at.q.r_wa, Vec3(at.q.x0_w - pair.reference_w), id, support);
 }
 
@@ -21,7 +21,7 @@ void Proxy::find_region(const ProxyPair& pair, const GripPose& at, PlaneRegion& 
   region.points[0] = {Vec3::Zero(), region.gap.gap_m};
   region.turn_w.setZero();
   if (!region.gap.defined) return;
-  tick.regions += 1;
+  tick.work.regions += 1;
   region.count = contact_manifold(*pair.view, at.r_wa, at.x0_w - pair.reference_w, region.gap,
                                   parameters_.scale.manifold_m, scratch_.manifold, region.points);
   region.overlap = scratch_.manifold.overlap;
@@ -40,7 +40,7 @@ const PlaneRegion& Proxy::region_at_p(std::uint32_t index, const PlaneId& id, Su
   part_.oldest_region = (part_.oldest_region + 1) % kKeptRegions;
   ProxyPair& pair = near_.pairs[index];
   need_view(pair, tick);
-  tick.plane_gaps += 1;
+  tick.work.plane_gaps += 1;
   region.pair = index;
   region.version = part_.version;
   region.gap =

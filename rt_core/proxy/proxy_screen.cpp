@@ -30,7 +30,7 @@ Real Proxy::screened_least_m() const noexcept {
 
 /// Work that is left of the budget, or of what is granted beyond it.
 std::uint32_t Proxy::screen_budget(std::uint32_t granted, const ProxyTick& tick) const noexcept {
-  const std::uint32_t units = tick.units();
+  const std::uint32_t units = tick.work.units();
   const std::uint64_t left = units < parameters_.work_units ? parameters_.work_units - units : 0;
   return static_cast<std::uint32_t>(
       std::clamp<std::uint64_t>(kScreenOfUnit * left, granted, UINT32_MAX / 2));
@@ -41,7 +41,7 @@ void Proxy::count_screened(std::uint32_t& granted, ProxyTick& tick) noexcept {
   const std::uint32_t work = near_.screen->take_work();
   const std::uint32_t budget = screen_budget(0, tick);
   if (work > budget) granted -= std::min(granted, work - budget);
-  tick.screened += work;
+  tick.work.screened += work;
 }
 
 /// Missed pairs get a slot each, and where they are to be reached in this pass a place among those;
@@ -78,13 +78,13 @@ void Proxy::settle_screen(ProxyTick& tick) noexcept {
                               0,          0,          screened_least_m(), 0};
   if (!may_begin(kSweepGrant, tick)) return;
   screen.sweep(here);
-  tick.screened += screen.take_work();
+  tick.work.screened += screen.take_work();
   for (;;) {
     const FacetScreen::Search end = screen.search(here, screen_budget(move_.granted_planes, tick));
     const bool all = take_missed(false, tick);
     count_screened(move_.granted_planes, tick);
     if (end == FacetScreen::Search::kSpent || (end == FacetScreen::Search::kDone && !all)) {
-      tick.spent = tick.spent || end == FacetScreen::Search::kSpent;
+      move_.spent = move_.spent || end == FacetScreen::Search::kSpent;
       return;
     }
     if (end == FacetScreen::Search::kDone) break;
@@ -124,7 +124,7 @@ Proxy::Screened Proxy::screen_step(const Step& step, Real least_m, bool goes_on,
   if (!goes_on) {
     if (!may_begin(kSweepGrant, tick)) return Screened::kSpent;
     screen.sweep(way);
-    tick.screened += screen.take_work();
+    tick.work.screened += screen.take_work();
   }
   const FacetScreen::Search end = screen.search(way, screen_budget(move_.granted_planes, tick));
   count_screened(move_.granted_planes, tick);
@@ -168,7 +168,7 @@ void Proxy::give_back(ProxyTick& tick) noexcept {
     forget(gone[k]);
     near_.list.remove(gone[k]);
   }
-  tick.screened += screen.take_work();
+  tick.work.screened += screen.take_work();
 }
 
 }  // namespace haptic

@@ -39,10 +39,10 @@ Real qp_tolerance(const ProxyScale& scale, const PoseError& error, Real length_m
 QpResult Proxy::solve_rows(Real tolerance_m, ProxyTick& tick,
                            std::span<const std::uint8_t> first) const noexcept {
   const QpResult found = closest_point(program_.rows.view(), tolerance_m, first);
-  tick.rows = std::max(tick.rows, program_.rows.size());
-  tick.qp_iterations = std::max(tick.qp_iterations, found.iterations);
-  tick.qp_programs += 1;
-  tick.qp_steps += found.iterations;
+  tick.work.rows = std::max(tick.work.rows, program_.rows.size());
+  tick.work.qp_iterations = std::max(tick.work.qp_iterations, found.iterations);
+  tick.work.qp_programs += 1;
+  tick.work.qp_steps += found.iterations;
   return found;
 }
 
@@ -179,7 +179,7 @@ bool Proxy::StepSearch::choose_step(Step& step) noexcept {
   const Real trust_m = trusted_m(s);
   if (proxy_.has_facets() && motion_m_ > trust_m && !(trust_m > scale_.still_m)) {
     tick_.crowded = tick_.crowded || proxy_.near_.list.overflowed();
-    tick_.spent = true;
+    proxy_.move_.spent = true;
     return false;
   }
   const bool trusted = !(s * motion_m_ > trust_m);
@@ -254,14 +254,14 @@ bool Proxy::StepSearch::run(Step& step) noexcept {
     if (round_ == retry_at_) begin_retry();
     if (!proxy_.may_begin(kRoundGrant, tick_))
       return chosen_short_ && proxy_.stay_still(step, tick_);
-    tick_.rounds = std::max(tick_.rounds, round_ + 1);
+    tick_.work.rounds = std::max(tick_.work.rounds, round_ + 1);
     if (!(share_ < 1)) solve_program();
     if (!choose_step(step)) return false;
     const bool is_first = round_ == 0;
     const Check result =
         proxy_.check(step, -scale_.tolerance_m / 2, tick_, is_first ? nullptr : &before_);
     before_ = step;
-    if (tick_.spent) return chosen_short_ && proxy_.stay_still(step, tick_);
+    if (proxy_.move_.spent) return chosen_short_ && proxy_.stay_still(step, tick_);
     const bool still = proxy_.is_still(step) || (result.ok && proxy_.gains_nothing(step, tick_));
     if (result.ok) {
       const Round end = take_certified(still);
@@ -295,7 +295,7 @@ PoseError Proxy::asked(const QpVector& z, const PoseError& error) const noexcept
 /// The planes could not be chosen from the start for want of budget: those that hold p where it is
 /// stay, and the tick says that it has not made sure.
 bool Proxy::stay_still(Step& step, ProxyTick& tick) noexcept {
-  tick.spent = false;
+  move_.spent = false;
   tick.limited = true;
   pass_.keeps_active = true;
   step = step_by(Vec3::Zero(), Vec3::Zero());

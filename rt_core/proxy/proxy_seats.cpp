@@ -73,7 +73,7 @@ void Proxy::form_view(ProxyPair& pair, ProxyTick& tick) noexcept {
   const auto slot = static_cast<std::uint32_t>(&pair - near_.pairs.data());
   std::uint32_t at = slot;
   if (takes_turns()) {
-    tick.search_work += 1;
+    tick.work.search_work += 1;
     for (std::uint32_t k = 0; k < near_.view_of.size(); ++k) {
       at = near_.next_view < near_.view_of.size() ? near_.next_view : 0;
       near_.next_view = at + 1;

@@ -236,7 +236,7 @@ bool Proxy::find_balance(const PoseError& error, bool begins, Balance& found,
       forces[k].along = forces[k].plane;
     }
     left -= 1;
-    ++tick.balances;
+    ++tick.work.balances;
     const PoseError begun = asked(balance(std::span(forces).first(count), pull), error);
     for (std::uint32_t k = 0; k < count; ++k) {
       SlideForce& force = forces[k];
@@ -249,7 +249,7 @@ bool Proxy::find_balance(const PoseError& error, bool begins, Balance& found,
     for (std::uint32_t had = 0; had != count;) {  // a force that would pull is none
       if (left == 0) return false;
       left -= 1;
-      ++tick.balances;
+      ++tick.work.balances;
       had = count;
       found.z = balance(std::span(forces).first(had), pull);
       std::uint32_t worst = 0;

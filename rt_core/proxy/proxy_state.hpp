@@ -125,6 +125,7 @@ struct TickMove {
   Real came_m = 0, came_rad = 0;           ///< of it, what the goal has come since p was not behind
   std::uint32_t behind_ticks = 0;          ///< in a row; between ticks
   std::uint8_t grants = 0;                 ///< Proxy::Grant
+  bool spent = false;                      ///< a pass has stopped for want of budget
   std::uint32_t pass_of_tick = 0;          ///< number of the pass
   std::uint32_t list_visits_left = 0;
   std::uint32_t granted_lists = 0, granted_planes = 0;  ///< work of the screen
@@ -144,6 +145,8 @@ struct PassState {
   Real worst_gap_m = 0;               ///< at p, of the pairs in the list
   Real tried_m = 0;                   ///< motion of the step that was tried last
   std::uint32_t checks = 0;           ///< counts them, for ReachedPair::checked
+  bool inside = false;                ///< p is led out of an obstacle
+  bool recovering = false;            ///< as ProxyTick says
   bool whole = false;                 ///< the step is all that its program asks for
   bool is_short = false;              ///< the steps of this try are a few times the tolerance
   bool keeps_active = false;          ///< the planes that hold p stay as they are

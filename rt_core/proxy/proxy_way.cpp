@@ -59,7 +59,7 @@ PoseError Proxy::bounded(const PoseError& error, Real tolerance_m, ProxyTick& ti
     const Real far_share = far > move_.way_left_m ? move_.way_left_m / far : Real{1};
     const Real turn_share = turn > move_.turn_left_rad ? move_.turn_left_rad / turn : Real{1};
     if (!(std::min(far_share, turn_share) < kHeldUp * std::max(far_share, turn_share))) break;
-    if (tick.units() > parameters_.work_units / 2) break;
+    if (tick.work.units() > parameters_.work_units / 2) break;
     QpRow row;
     if (turn_share < far_share) {
       const Vec3 along = way.rotation_rad / turn;

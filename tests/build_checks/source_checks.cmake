@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Rules that read the sources; each probe is a tree of one file.
-foreach(rule include_direction core_words licence_line top_level comment_first_word)
+foreach(rule include_direction core_words work_account licence_line top_level comment_first_word)
   haptic_build_check(${rule} ${CMAKE_COMMAND} -DROOT=${PROJECT_SOURCE_DIR} -P ${checks}/${rule}.cmake)
 endforeach()
 
@@ -77,6 +77,9 @@ haptic_tree_probe(include_direction up_and_over rt_core/base/a.hpp "#include \"r
 haptic_tree_probe(include_direction not_from_root tools/common/a.cpp "#include \"error.hpp\""
   "write project headers from the root")
 
+haptic_tree_probe(work_account set rt_core/proxy/a.cpp "tick.work.rejected = start.rejected;"
+  "rt_core/proxy/a.cpp:1: 'work.rejected = start.rejected' overwrites the account")
+haptic_tree_probe(work_account less rt_core/proxy/a.cpp "tick.work.regions -= 1;" "'work.regions -= 1' overwrites the account")
 haptic_tree_probe(core_words dynamic rt_core/a.hpp "Eigen::Matrix<double, 3, Eigen::Dynamic> m;" "'Eigen::Dynamic'")
 haptic_tree_probe(core_words matrix_x rt_core/a.hpp "MatrixXd m;" "'MatrixXd'")
 haptic_tree_probe(core_words vector_x rt_core/a.hpp "Eigen::VectorXf v;" "'VectorXf'")

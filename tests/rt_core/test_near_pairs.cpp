@@ -121,10 +121,10 @@ TEST_SUITE("rt_core.near_pairs") {
     for (const std::uint32_t near_pairs : {0u, 1u}) {
       CAPTURE(near_pairs);
       ProxyBench bench(two_gratings(near_pairs));
-      CHECK(bench.tick({0, 0, 0}).inside);  // 2 mm deep
+      CHECK(bench.tick({0, 0, 0}).recovering);  // 2 mm deep
       ProxyTick last;
       for (int k = 0; k < 400; ++k) last = bench.tick({0.002 * std::sin(0.1 * k), 0, 0});
-      CHECK_FALSE(last.inside);
+      CHECK_FALSE(last.recovering);
       const double depth = (kNearSingle ? 4.0 : 1.01);
       const double gap = static_cast<double>(bench.distance_m(bench.proxy.pose()));
       CHECK(gap >= -depth * static_cast<double>(bench.parameters.scale.tolerance_m));

@@ -243,7 +243,7 @@ TEST_SUITE("rt_core.proxy_law") {
             if (k == 0) p = {0, 0, 0.09};
           }
           const ProxyTick tick = bench.tick(p, q);
-          CHECK(tick.passes <= passes);
+          CHECK(tick.work.passes <= passes);
           CHECK_FALSE(tick.recovering);
           CHECK(tick.end_potential_j <= tick.start_potential_j);
           held += tick.end_potential_j > 1.0e-6_r ? 1 : 0;
@@ -265,7 +265,8 @@ TEST_SUITE("rt_core.proxy_law") {
           grip_pose({0.03 * std::sin(0.002 * k), 0.01, 0.055 - 0.02 * std::sin(0.001 * k)},
                     turn(0.3 * std::sin(0.003 * k), 0.2 * std::cos(0.002 * k) - 0.2, 0));
       const ProxyTick tick = whole.tick(goal);
-      for (std::uint32_t pass = 0; pass < tick.passes; ++pass) static_cast<void>(cut.tick(goal));
+      for (std::uint32_t pass = 0; pass < tick.work.passes; ++pass)
+        static_cast<void>(cut.tick(goal));
       REQUIRE(whole.proxy.pose().x0_w == cut.proxy.pose().x0_w);
       REQUIRE(whole.proxy.pose().q_wa.coeffs() == cut.proxy.pose().q_wa.coeffs());
     }
