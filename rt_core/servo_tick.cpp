@@ -44,8 +44,8 @@ bool is_within(const StepCounters& n, const SceneCapacity& c) noexcept {
   return n.pair_visits <= c.max_pair_visits && n.support_pairs <= c.max_support_pairs &&
          n.feature_evaluations <= c.max_feature_evaluations && n.edge_pairs <= c.max_edge_pairs &&
          n.near_nodes <= c.max_near_nodes && n.hull_points <= c.max_hull_points &&
-         n.plane_gaps <= c.max_plane_gaps && n.valid_nodes <= c.max_valid_nodes &&
-         n.full_searches <= c.max_full_searches && n.search_work <= c.max_search_work &&
+         n.plane_gaps <= c.max_work_units && n.valid_nodes <= c.max_work_units &&
+         n.full_searches <= c.max_full_searches && n.search_work <= c.max_work_units &&
          n.proxy_passes <= c.max_proxy_passes && n.proxy_rejected <= c.max_proxy_rejected &&
          n.proxy_rounds <= c.max_proxy_rounds && n.proxy_rows <= c.max_qp_rows &&
          n.qp_iterations <= c.max_qp_iterations && n.qp_programs <= c.max_qp_programs &&
@@ -88,23 +88,23 @@ ServoResult ServoTick::step(const ServoInput& input) noexcept {
   const DeviceState& state = input.state;
   follow_limits(state.limits);
   const bool linked = state.link == LinkState::kReady;
-  const bool is_new =
-      linked && state.sequence != 0 && (!has_state_ || state.sequence != last_state_.sequence);
+  const bool is_new = linked && state.sequence != 0 &&
+                      (!device_.has_state || state.sequence != device_.state.sequence);
   std::uint32_t present = check_device(input);
   follow_state(input, is_new);
   present |= check_time(input);
   present |= check_frame(input);
   const bool has_pose =
-      usable_ && (state_faults_ & kNoPose) == 0 && (state.faults & kDeviceNotHomed) == 0;
-  if (is_new && has_pose) state_faults_ |= render(input, result);
-  present |= state_faults_;
+      usable_ && (device_.faults & kNoPose) == 0 && (state.faults & kDeviceNotHomed) == 0;
+  if (is_new && has_pose) device_.faults |= render(input, result);
+  present |= device_.faults;
 
   arm(input, present);
   LimiterInput in;
   in.stamp_ns = input.now_ns;
-  in.spring_d = exerted(pull_of(last_rendered_));
-  in.damping_d = exerted(difference(last_rendered_.wrench_w, last_rendered_.spring_w));
-  in.twist_d = twist_d_;
+  in.spring_d = exerted(pull_of(rendered_.result));
+  in.damping_d = exerted(difference(rendered_.result.wrench_w, rendered_.result.spring_w));
+  in.twist_d = device_.twist_d;
   in.wants_force = arming_.wants_force();
   in.late_periods = late_;
   const LimitedOutput limited = limiter_.update(in);
@@ -112,7 +112,7 @@ ServoResult ServoTick::step(const ServoInput& input) noexcept {
 
   result.command = {tick_, input.now_ns, state.sequence, record_of(limited.wrench_d),
                     arming_.count()};
-  result.rendered = last_rendered_;
+  result.rendered = rendered_.result;
   result.frame_wf = frame_.pose();
   result.arming = arming_.state();
   result.faults = arming_.latched();
@@ -174,11 +174,11 @@ ServoTick::ServoTick(HapticCore& core, const ServoParameters& parameters,
       bounds_(bounds),
       recorder_(recorder),
       own_limits_(usable(parameters.limits)),
-      state_period_ns_(own_limits_.period_ns),
       limiter_(parameters.limits),
       usable_(is_usable(parameters.map) && is_usable(parameters.envelope) &&
               is_pose(parameters.start.pose_wa)) {
   parameters_.limits = own_limits_;
+  device_.period_ns = own_limits_.period_ns;
   const MotionEnvelope& of_scene = core.envelope();
   if (of_scene.limits_place()) parameters_.envelope.half_extent_m = Vec3::Zero();
   if (of_scene.limits_turn()) parameters_.envelope.max_angle_rad = 0;
@@ -197,7 +197,7 @@ void ServoTick::follow_limits(const LimitsRecord& record) noexcept {
   stated.slew_n_per_s = record.slew_n_per_s;
   stated.slew_nm_per_s = record.slew_nm_per_s;
   parameters_.limits = tighter(own_limits_, stated);
-  state_period_ns_ =
+  device_.period_ns =
       std::max(own_limits_.period_ns, std::min(record.report_period_ns, kLongestReportPeriod_ns));
   limiter_.limit(parameters_.limits);
   full_ = false;
@@ -215,12 +215,12 @@ std::uint32_t ServoTick::check_time(const ServoInput& input) noexcept {
   }
   now_ns_ = input.now_ns;
   std::uint32_t state_late = 0;
-  if (has_state_) {
+  if (device_.has_state) {
     // Not by its stamp alone: one from the future must not keep it fresh for ever.
-    const std::int64_t since_ns = std::min(last_state_.stamp_ns, seen_ns_);
-    state_late = beyond_one(periods_between(since_ns, input.now_ns, state_period_ns_));
+    const std::int64_t since_ns = std::min(device_.state.stamp_ns, device_.seen_ns);
+    state_late = beyond_one(periods_between(since_ns, input.now_ns, device_.period_ns));
     if (periods_between(since_ns, input.now_ns, kLongAbsence_ns) > 0) {
-      has_pose_ = false;
+      device_.has_pose = false;
       broken_ = true;
     }
   }
@@ -235,15 +235,16 @@ std::uint32_t ServoTick::check_pose(const DeviceState& state) noexcept {
   const Pose pose = pose_of(state.pose_dh);
   const Twist given = twist_of(state.twist_d);
   const bool good = is_pose(pose) && (!state.twist_valid || is_finite(given));
-  const Pose last = pose_of(last_state_.pose_dh);
-  const Real elapsed_s = seconds_between(last_state_.stamp_ns, state.stamp_ns);
-  const bool long_ago = periods_between(last_state_.stamp_ns, state.stamp_ns, kLongAbsence_ns) > 0;
-  const bool compared = has_pose_ && !long_ago;
+  const Pose last = pose_of(device_.state.pose_dh);
+  const Real elapsed_s = seconds_between(device_.state.stamp_ns, state.stamp_ns);
+  const bool long_ago =
+      periods_between(device_.state.stamp_ns, state.stamp_ns, kLongAbsence_ns) > 0;
+  const bool compared = device_.has_pose && !long_ago;
   broken_ = broken_ || long_ago;
-  has_pose_ = good;
-  twist_d_ = Twist{};
+  device_.has_pose = good;
+  device_.twist_d = Twist{};
   if (!good) return kFaultBadPose;
-  if (state.twist_valid) twist_d_ = given;
+  if (state.twist_valid) device_.twist_d = given;
   if (!compared) return 0;
 
   const SafetyLimits& l = parameters_.limits;
@@ -257,7 +258,7 @@ std::uint32_t ServoTick::check_pose(const DeviceState& state) noexcept {
     // Reports that come in a burst do not make an encoder's step a speed.
     const Real least_s = seconds_between(0, l.period_ns / 2);
     const Real span_s = std::max(elapsed_s, least_s);
-    twist_d_ = {way_m / span_s, turn_rad / span_s};
+    device_.twist_d = {way_m / span_s, turn_rad / span_s};
   }
   return 0;
 }
@@ -271,7 +272,7 @@ std::uint32_t ServoTick::check_device(const ServoInput& input) const noexcept {
                        (state.switches & parameters_.switches.emergency_stop) != 0;
   if (stopped) faults |= kFaultEmergencyStop;
   if ((state.faults & ~kStops) != 0) faults |= kFaultDevice;
-  if (state.link != LinkState::kReady && was_ready_) faults |= kFaultDeviceLost;
+  if (state.link != LinkState::kReady && device_.was_ready) faults |= kFaultDeviceLost;
   return faults;
 }
 
@@ -279,22 +280,22 @@ std::uint32_t ServoTick::check_device(const ServoInput& input) const noexcept {
 void ServoTick::follow_state(const ServoInput& input, bool is_new) noexcept {
   const DeviceState& state = input.state;
   if (state.link != LinkState::kReady) {
-    has_state_ = has_pose_ = false;  // the next opening counts its own reports
-    state_faults_ = 0;
+    device_.has_state = device_.has_pose = false;  // the next opening counts its own reports
+    device_.faults = 0;
     broken_ = true;
   } else {
-    was_ready_ = true;
+    device_.was_ready = true;
     if (is_new) {
-      const bool in_order = !has_state_ || (state.sequence > last_state_.sequence &&
-                                            state.stamp_ns >= last_state_.stamp_ns);
-      state_faults_ = check_pose(state) | (in_order ? 0u : std::uint32_t{kFaultSequence});
-      last_state_ = state;
-      seen_ns_ = input.now_ns;
-      has_state_ = true;
+      const bool in_order = !device_.has_state || (state.sequence > device_.state.sequence &&
+                                                   state.stamp_ns >= device_.state.stamp_ns);
+      device_.faults = check_pose(state) | (in_order ? 0u : std::uint32_t{kFaultSequence});
+      device_.state = state;
+      device_.seen_ns = input.now_ns;
+      device_.has_state = true;
     }
-    if ((state.faults & kDeviceNotHomed) != 0) has_pose_ = false;
+    if ((state.faults & kDeviceNotHomed) != 0) device_.has_pose = false;
   }
-  if ((state_faults_ & kNoPose) != 0 || !usable_ || (state.faults & kDeviceNotHomed) != 0) {
+  if ((device_.faults & kNoPose) != 0 || !usable_ || (state.faults & kDeviceNotHomed) != 0) {
     broken_ = true;
   }
 }
@@ -309,7 +310,7 @@ std::uint32_t ServoTick::check_frame(const ServoInput& input) noexcept {
 
 /// Bounds of work, numbers, scene and envelope, of what has just been rendered.
 std::uint32_t ServoTick::check_rendered() noexcept {
-  const StepResult& r = last_rendered_;
+  const StepResult& r = rendered_.result;
   if (r.status != RtStatus::kOk) return kFaultBadPose;
   std::uint32_t faults = check_envelope();
   const WorkspaceMap& map = parameters_.map;
@@ -320,19 +321,19 @@ std::uint32_t ServoTick::check_rendered() noexcept {
   if (!is_within(r.counters, bounds_)) faults |= kFaultInternal;
   // The scene's own start: a part that is inside after a reset is brought out without a fault.
   const bool inside = (r.flags & kFlagRecovery) != 0;
-  started_inside_ = inside && (started_inside_ || !has_rendered_);
-  has_rendered_ = true;
-  if (started_inside_) faults |= kFaultScene;
+  rendered_.started_inside = inside && (rendered_.started_inside || !rendered_.has_result);
+  rendered_.has_result = true;
+  if (rendered_.started_inside) faults |= kFaultScene;
   return faults;
 }
 
 /// Grip point and orientation of the goal, now and by the next tick: against the scene's limits by
 /// the core, against the others here.
 std::uint32_t ServoTick::check_envelope() noexcept {
-  const Pose& goal = last_rendered_.goal_pose_wa;
+  const Pose& goal = rendered_.result.goal_pose_wa;
   const Vec3 x0_w = goal.p_wa + goal.q_wa.toRotationMatrix() * parameters_.map.grip_a;
   const std::uint32_t outside =
-      last_rendered_.outside | watch_.update(parameters_.envelope, x0_w, goal.q_wa);
+      rendered_.result.outside | watch_.update(parameters_.envelope, x0_w, goal.q_wa);
   std::uint32_t faults = 0;
   if ((outside & kOutsideWorkspace) != 0) faults |= kFaultWorkspace;
   if ((outside & kOutsideOrientation) != 0) faults |= kFaultEnvelope;
@@ -349,10 +350,10 @@ std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) no
     result.began = true;
   }
   WorkspaceMap& map = parameters_.map;
-  arm_d_ = handle_arm(map, pose_of(state.pose_dh).q_wa);
+  device_.arm_d = handle_arm(map, pose_of(state.pose_dh).q_wa);
   if (result.began)
-    map = begun_map(map, parameters_.start, at_handle_point(pose_of(state.pose_dh), arm_d_));
-  StepInput in = core_input(state, parameters_, arm_d_, limiter_.last());
+    map = begun_map(map, parameters_.start, at_handle_point(pose_of(state.pose_dh), device_.arm_d));
+  StepInput in = core_input(state, parameters_, device_.arm_d, limiter_.last());
   if (frame_.is_used()) {
     const Vec3 grip_w = in.pose_wa.p_wa + in.pose_wa.q_wa * map.grip_a;
     in.pose_wa = frame_.inside(in.pose_wa);
@@ -360,7 +361,7 @@ std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) no
     in.accepted_wrench_w = frame_.inside(in.accepted_wrench_w);
   }
   in.report_goal_contact = input.report_goal_contact;
-  last_rendered_ = core_.step(in);
+  rendered_.result = core_.step(in);
   result.rendered_new = true;
   const std::uint32_t faults = check_rendered();
   if ((faults & kFaultBadPose) != 0) broken_ = true;
@@ -370,7 +371,7 @@ std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) no
 /// What the device must exert for it, at the point where it senses.
 Wrench ServoTick::exerted(const Wrench& wrench_w) const noexcept {
   const Wrench outside_w = frame_.is_used() ? frame_.outside(wrench_w) : wrench_w;
-  return about_sensed_point(device_wrench(parameters_.map, outside_w), arm_d_);
+  return about_sensed_point(device_wrench(parameters_.map, outside_w), device_.arm_d);
 }
 
 /// Who may feel the wrench; a pull that nobody should meet at once is dropped with its history.
@@ -382,8 +383,8 @@ void ServoTick::arm(const ServoInput& input, std::uint32_t present) noexcept {
   const bool after_fault = arming_.latched() != 0;
   ArmingInput in;
   in.deadman = !linked || (mask != 0 && (state.switches & mask) == mask);
-  in.ready =
-      linked && has_state_ && has_rendered_ && !broken_ && late_ <= parameters_.limits.held_periods;
+  in.ready = linked && device_.has_state && rendered_.has_result && !broken_ &&
+             late_ <= parameters_.limits.held_periods;
   in.present = present;
   in.output_is_zero = is_zero(limiter_.last());
   in.output_is_full = full_;
@@ -391,17 +392,17 @@ void ServoTick::arm(const ServoInput& input, std::uint32_t present) noexcept {
   // Back inside, or to begin inside, and felt by nobody: what the core has latched may go.
   const bool felt =
       arming_.state() != ArmingState::kDisarmed && arming_.state() != ArmingState::kFaulted;
-  const bool left = (last_rendered_.flags & kFlagOutsideEnvelope) != 0;
-  if (left && (last_rendered_.outside == 0 || parameters_.start.place) && !felt) broken_ = true;
+  const bool left = (rendered_.result.flags & kFlagOutsideEnvelope) != 0;
+  if (left && (rendered_.result.outside == 0 || parameters_.start.place) && !felt) broken_ = true;
   if (arming_.count() == count) return;
-  const bool coupled = last_rendered_.potential_j > 0.0_r;  // by a proxy
-  const Wrench pull_d = exerted(last_rendered_.spring_w);
+  const bool coupled = rendered_.result.potential_j > 0.0_r;  // by a proxy
+  const Wrench pull_d = exerted(rendered_.result.spring_w);
   const bool begins = after_fault && (parameters_.start.place || parameters_.start.turn);
-  if (begins || (last_rendered_.flags & kFlagHooked) != 0 ||
+  if (begins || (rendered_.result.flags & kFlagHooked) != 0 ||
       (coupled && is_beyond(pull_d, parameters_.limits))) {
     broken_ = true;
-    last_rendered_.wrench_w = last_rendered_.spring_w = Wrench{};
-    last_rendered_.guidance.wrench_w = Wrench{};
+    rendered_.result.wrench_w = rendered_.result.spring_w = Wrench{};
+    rendered_.result.guidance.wrench_w = Wrench{};
   }
 }
 
@@ -411,15 +412,15 @@ std::uint32_t ServoTick::waits(const ServoInput& input, std::uint32_t present) c
   if (arming_.wants_force()) return 0;
   std::uint32_t waits = 0;
   if (arming_.state() == ArmingState::kDisarming) waits |= kWaitRampOut;
-  if (state.link != LinkState::kReady || !has_state_) {
+  if (state.link != LinkState::kReady || !device_.has_state) {
     waits |= kWaitDevice;
   } else if ((state.faults & kDeviceNotHomed) != 0) {
     waits |= kWaitHomed;
-  } else if (!has_rendered_ || broken_) {
+  } else if (!rendered_.has_result || broken_) {
     waits |= kWaitPose;
   }
   if (late_ > parameters_.limits.held_periods) waits |= kWaitLate;
-  if ((last_rendered_.flags & kFlagRecovery) != 0) waits |= kWaitInside;
+  if ((rendered_.result.flags & kFlagRecovery) != 0) waits |= kWaitInside;
   if (present != 0) waits |= kWaitCause;
   const std::uint32_t mask = parameters_.switches.deadman;
   const bool held = mask != 0 && (state.switches & mask) == mask;

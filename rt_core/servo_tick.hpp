@@ -138,34 +138,43 @@ class ServoTick {
   [[nodiscard]] Wrench exerted(const Wrench& wrench_w) const noexcept;
   void record(const ServoInput& input, const ServoResult& result) noexcept;
 
+  /// The newest state of the device.
+  struct FollowedState {
+    DeviceState state;
+    std::int64_t period_ns = 0;  ///< between two states of a device on time
+    std::int64_t seen_ns = 0;    ///< when it was first seen
+    Twist twist_d;               ///< of the handle: reported, or by the last two poses
+    Vec3 arm_d = Vec3::Zero();   ///< from the sensed point to the handle point
+    std::uint32_t faults = 0;    ///< causes that lie in it: present until the next
+    bool was_ready = false;      ///< the link, ever
+    bool has_state = false;      ///< it is of this opening of the link
+    bool has_pose = false;       ///< its pose is one that the next can be compared with
+  };
+  /// The last state that the core has rendered.
+  struct LastRendered {
+    StepResult result;
+    bool has_result = false;      ///< ever
+    bool started_inside = false;  ///< and has not come out since
+  };
+
   HapticCore& core_;
   ServoParameters parameters_;
   SceneCapacity bounds_;
   FlightRecorder* recorder_;
   Arming arming_;
-  SafetyLimits own_limits_;           ///< the parameters'; parameters_.limits: those in force
-  std::uint32_t limits_from_ = 0;     ///< connection whose limits are in force; 0: own_limits_
-  std::int64_t state_period_ns_ = 0;  ///< between two states of a device on time
+  SafetyLimits own_limits_;        ///< the parameters'; parameters_.limits: those in force
+  std::uint32_t limits_from_ = 0;  ///< connection whose limits are in force; 0: own_limits_
   OutputLimiter limiter_;
   MovingFrame frame_;
-  StepResult last_rendered_;
-  DeviceState last_state_;
+  EnvelopeWatch watch_;  ///< over the goal
+  FollowedState device_;
+  LastRendered rendered_;
   std::uint64_t tick_ = 0;
-  bool usable_ = false;             ///< the parameters
-  std::int64_t now_ns_ = 0;         ///< of the last tick
-  std::int64_t seen_ns_ = 0;        ///< when last_state_ was first seen
-  bool full_ = false;               ///< the ramp in is over
-  std::uint32_t late_ = 0;          ///< periods by which state or tick are late now
-  std::uint32_t state_faults_ = 0;  ///< causes that lie in the newest state: present until the next
-  bool was_ready_ = false;          ///< the link, ever
-  bool has_state_ = false;          ///< last_state_ is of this opening of the link
-  bool has_pose_ = false;           ///< its pose is one that the next can be compared with
-  bool broken_ = true;              ///< the next pose does not go on from the core's last
-  bool has_rendered_ = false;       ///< ever
-  bool started_inside_ = false;     ///< and has not come out since
-  EnvelopeWatch watch_;             ///< over the goal
-  Twist twist_d_;                   ///< of the handle: reported, or by the last two poses
-  Vec3 arm_d_ = Vec3::Zero();       ///< from the sensed point to the handle point, at last_state_
+  std::int64_t now_ns_ = 0;  ///< of the last tick
+  std::uint32_t late_ = 0;   ///< periods by which state or tick are late now
+  bool usable_ = false;      ///< the parameters
+  bool full_ = false;        ///< the ramp in is over
+  bool broken_ = true;       ///< the next pose does not go on from the core's last
 };
 
 }  // namespace haptic

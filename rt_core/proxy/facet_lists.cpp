@@ -72,10 +72,10 @@ void FacetScreen::write(ScreenBlock& block, std::uint32_t lane, const Row& row, 
     block.normal[x][lane] = static_cast<float>(normal_w[x]);
     rounded[x] = static_cast<Real>(block.normal[x][lane]);
   }
-  const StaticFacet& of = facets_[facet];
+  const StaticFacet& of = b_.facets[facet];
   Real height_m = -std::numeric_limits<Real>::max();
   for (std::uint32_t k = of.begin; k < of.begin + of.count; ++k) {
-    height_m = std::max(height_m, rounded.dot(corners_w_[k] - row.origin_w));
+    height_m = std::max(height_m, rounded.dot(b_.corners_w[k] - row.origin_w));
   }
   block.height_m[lane] = rounded_up(height_m);
   block.facet[lane] = facet;
@@ -85,31 +85,31 @@ void FacetScreen::write(ScreenBlock& block, std::uint32_t lane, const Row& row, 
 bool FacetScreen::append(const Row& row, Chain& chain, std::uint32_t facet, const Vec3& normal_w,
                          Real gap_m) noexcept {
   if (chain.used == kFloatLanes) {
-    if (free_.empty()) return false;
-    const std::uint32_t id = free_[free_.size() - 1];
-    free_.truncate(free_.size() - 1);
-    for (std::uint32_t lane = 0; lane < kFloatLanes; ++lane) clear_lane(blocks_[id], lane);
-    blocks_[id].next = *chain.first;
+    if (lists_.free.empty()) return false;
+    const std::uint32_t id = lists_.free[lists_.free.size() - 1];
+    lists_.free.truncate(lists_.free.size() - 1);
+    for (std::uint32_t lane = 0; lane < kFloatLanes; ++lane) clear_lane(lists_.blocks[id], lane);
+    lists_.blocks[id].next = *chain.first;
     *chain.first = id;
     chain.used = 0;
   }
-  write(blocks_[*chain.first], chain.used++, row, facet, normal_w);
+  write(lists_.blocks[*chain.first], chain.used++, row, facet, normal_w);
   chain.least_m = std::min(chain.least_m, rounded_down(gap_m - static_cast<Real>(row.rounding_m)));
   return true;
 }
 
 void FacetScreen::drop(Row& row, std::uint32_t facet) noexcept {
   for (const std::uint32_t chain : {row.near, row.far}) {
-    for (std::uint32_t k = chain; k != kNoFacet; k = blocks_[k].next) {
+    for (std::uint32_t k = chain; k != kNoFacet; k = lists_.blocks[k].next) {
       for (std::uint32_t lane = 0; lane < kFloatLanes; ++lane) {
-        if (blocks_[k].facet[lane] == facet) clear_lane(blocks_[k], lane);
+        if (lists_.blocks[k].facet[lane] == facet) clear_lane(lists_.blocks[k], lane);
       }
     }
   }
 }
 
 void FacetScreen::refuse(const ScreenMiss& miss) noexcept {
-  float& slack_m = of(slack_m_, miss.row);
+  float& slack_m = of(gaps_.slack_m, miss.row);
   slack_m = std::min(slack_m, rounded_down(miss.gap_m));
   clear_m_ = std::min(clear_m_, static_cast<Real>(slack_m));
 }
@@ -122,17 +122,17 @@ bool FacetScreen::is_far_from_origin(const Row& row, const Placed& at, Real rang
 
 /// What a gap of a row's blocks is rounded by, as long as its slack lasts.
 void FacetScreen::set_rounding(std::uint32_t number, const Placed& at, Real range_m) noexcept {
-  Row& row = rows_[number];
+  Row& row = a_.rows[number];
   const Real size_m = 2 * radius_of(at) + (kMostSlack + 1) * range_m;
   const Real place_m =
-      std::sqrt(row.origin_w.squaredNorm()) + size_m + static_cast<Real>(of(lever_m_, number));
+      std::sqrt(row.origin_w.squaredNorm()) + size_m + static_cast<Real>(of(a_.lever_m, number));
   row.rounding_m = rounded_up(kGapRounding * size_m + kPlaceRounding * place_m);
 }
 
 /// The facets of a row's blocks that are within range stay, with their planes, where these leave
 /// the least gap.
 void FacetScreen::keep_listed(std::uint32_t number, LookUp& look) noexcept {
-  Row& row = rows_[number];
+  Row& row = a_.rows[number];
   alignas(16) float corner[3][4] = {};
   for (int k = 0; k < 3; ++k) {
     for (int x = 0; x < 3; ++x) {
@@ -146,15 +146,15 @@ void FacetScreen::keep_listed(std::uint32_t number, LookUp& look) noexcept {
       // A block that is given back is written to as soon as lanes of it are put into others.
       std::uint32_t facets[kFloatLanes];
       float normals[3][kFloatLanes];
-      std::copy_n(blocks_[k].facet, kFloatLanes, facets);
-      for (int x = 0; x < 3; ++x) std::copy_n(blocks_[k].normal[x], kFloatLanes, normals[x]);
+      std::copy_n(lists_.blocks[k].facet, kFloatLanes, facets);
+      for (int x = 0; x < 3; ++x) std::copy_n(lists_.blocks[k].normal[x], kFloatLanes, normals[x]);
       alignas(16) float gap_m[kFloatLanes];
-      if (!look.moves) store_floats(gaps(blocks_[k], corner), gap_m);
-      static_cast<void>(free_.push(k));
-      k = blocks_[k].next;
+      if (!look.moves) store_floats(gaps(lists_.blocks[k], corner), gap_m);
+      static_cast<void>(lists_.free.push(k));
+      k = lists_.blocks[k].next;
       for (std::uint32_t lane = 0; lane < kFloatLanes; ++lane) {
         const std::uint32_t facet = facets[lane];
-        if (facet == kNoFacet || mark_[facet] != stamp_) continue;
+        if (facet == kNoFacet || b_.mark[facet] != b_.stamp) continue;
         work_ += kKeptWork;
         const Vec3 normal_w(static_cast<Real>(normals[0][lane]),
                             static_cast<Real>(normals[1][lane]),
@@ -163,7 +163,7 @@ void FacetScreen::keep_listed(std::uint32_t number, LookUp& look) noexcept {
             (look.moves ? gap_along(normal_w, look.at, facet) : static_cast<Real>(gap_m[lane])) -
             static_cast<Real>(row.rounding_m);
         if (gap < look.least_m) continue;  // it needs another plane
-        mark_[facet] = stamp_ + 1;
+        b_.mark[facet] = b_.stamp + 1;
         if (gap > look.range_m) {
           look.others_m = std::min(look.others_m, gap);
         } else {
@@ -177,14 +177,14 @@ void FacetScreen::keep_listed(std::uint32_t number, LookUp& look) noexcept {
 /// What is within range and in no list yet.
 void FacetScreen::add_found(std::uint32_t number, const GripPose& p, const NearPairs& taken,
                             LookUp& look) noexcept {
-  Row& row = rows_[number];
+  Row& row = a_.rows[number];
   const Real rounding_m = static_cast<Real>(row.rounding_m);
-  const Vec3 normal_a_w = p.r_wa * normal_a_[number];
+  const Vec3 normal_a_w = p.r_wa * a_.normal[number];
   const Real offset_a_m = normal_a_w.dot(look.at.corner_w[0]);
   const Sides sides = sides_of(look.at.corner_w, normal_a_w);
   std::uint32_t fresh = 0;
-  for (const std::uint32_t facet : found_.first(look.found)) {
-    if (mark_[facet] != stamp_) continue;
+  for (const std::uint32_t facet : b_.found.first(look.found)) {
+    if (b_.mark[facet] != b_.stamp) continue;
     work_ += kNewWork;
     Real low_m = std::numeric_limits<Real>::max(), high_m = -low_m;
     for (const Vec3& corner : corners_of(facet)) {
@@ -219,7 +219,7 @@ void FacetScreen::add_found(std::uint32_t number, const GripPose& p, const NearP
     const Real gap_m = tried.best.gap_p_m - rounding_m;
     if (has_plane) {
       put(row, look, facet, tried.best.normal_w, gap_m);
-    } else if (!misses_.push({number, row.piece, facet, gap_m})) {
+    } else if (!lost_.misses.push({number, row.piece, facet, gap_m})) {
       look.others_m = std::min(look.others_m, gap_m);
     }
   }
@@ -228,20 +228,20 @@ void FacetScreen::add_found(std::uint32_t number, const GripPose& p, const NearP
 /// Finds the facets within range of a row; those that are listed keep their planes.
 void FacetScreen::look_up(std::uint32_t number, const GripPose& p, Real range_m, Real least_m,
                           const NearPairs& taken) noexcept {
-  Row& row = rows_[number];
+  Row& row = a_.rows[number];
   LookUp look;
   look.at = placed(row, p);
   look.range_m = range_m;
   look.least_m = least_m;
-  const FacetTree::Found found = tree_.find(look.at.corner_w, range_m, found_);
+  const FacetTree::Found found = b_.tree.find(look.at.corner_w, range_m, b_.found);
   work_ += kRowWork + kNodeWork * found.visits;
   look.others_m = found.others_m;
-  if (stamp_ > UINT32_MAX - 2) {
-    for (std::uint32_t& mark : mark_) mark = 0;
-    stamp_ = 0;
+  if (b_.stamp > UINT32_MAX - 2) {
+    for (std::uint32_t& mark : b_.mark) mark = 0;
+    b_.stamp = 0;
   }
-  stamp_ += 2;
-  for (std::uint32_t k = 0; k < found.count; ++k) mark_[found_[k]] = stamp_;
+  b_.stamp += 2;
+  for (std::uint32_t k = 0; k < found.count; ++k) b_.mark[b_.found[k]] = b_.stamp;
   // Its origin stays while the triangle is about there, for planes are measured from it.
   look.moves = is_far_from_origin(row, look.at, range_m);
   if (look.moves) row.origin_w = middle_of(look.at);
@@ -254,9 +254,9 @@ void FacetScreen::look_up(std::uint32_t number, const GripPose& p, Real range_m,
   if (row.near != kNoFacet || row.far != kNoFacet) {
     look.others_m = std::min(look.others_m, kMostSlack * range_m);
   }
-  of(least_m_, number) = look.near.least_m;
-  of(beyond_m_, number) = look.far.least_m;
-  of(slack_m_, number) = rounded_down(std::min(look.others_m, kLongest));
+  of(gaps_.least_m, number) = look.near.least_m;
+  of(gaps_.beyond_m, number) = look.far.least_m;
+  of(gaps_.slack_m, number) = rounded_down(std::min(look.others_m, kLongest));
 }
 
 /// Puts a facet into the list of its distance.
@@ -265,38 +265,38 @@ void FacetScreen::put(const Row& row, LookUp& look, std::uint32_t facet, const V
   Chain& chain = gap_m > kNearShare * look.range_m ? look.far : look.near;
   if (append(row, chain, facet, normal_w, gap_m)) return;
   look.others_m = std::min(look.others_m, gap_m);
-  is_full_ = true;
+  lists_.is_full = true;
 }
 
 /// Takes what is not near from all lists.
 void FacetScreen::shed() noexcept {
-  for (std::uint32_t number = 0; number < rows_.size(); ++number) {
-    Row& row = rows_[number];
+  for (std::uint32_t number = 0; number < a_.rows.size(); ++number) {
+    Row& row = a_.rows[number];
     if (row.far == kNoFacet) continue;
-    for (std::uint32_t k = row.far; k != kNoFacet; k = blocks_[k].next) {
-      static_cast<void>(free_.push(k));
+    for (std::uint32_t k = row.far; k != kNoFacet; k = lists_.blocks[k].next) {
+      static_cast<void>(lists_.free.push(k));
       work_ += kBlockWork;
     }
     row.far = kNoFacet;
-    float& slack_m = of(slack_m_, number);
-    slack_m = std::min(slack_m, of(beyond_m_, number));
+    float& slack_m = of(gaps_.slack_m, number);
+    slack_m = std::min(slack_m, of(gaps_.beyond_m, number));
     clear_m_ = std::min(clear_m_, static_cast<Real>(slack_m));
-    of(beyond_m_, number) = kNoGap;
+    of(gaps_.beyond_m, number) = kNoGap;
   }
 }
 
 void FacetScreen::renew(const GripPose& p, Real need_m, Real range_m, Real least_m,
                         std::uint32_t most_work, const NearPairs& taken) noexcept {
-  misses_.clear();
+  lost_.misses.clear();
   if (clear_m_ >= need_m) return;
-  q_known_ = q_done_ = is_full_ = false;
+  end_.known = end_.done = lists_.is_full = false;
   const std::uint32_t begin = work_;
-  range_m = range_m_ = std::min(range_m, most_range_m_);
+  range_m = lists_.range_m = std::min(range_m, lists_.most_range_m);
   need_m = std::min(need_m, kNeedShare * range_m);
   for (const Real share : kLevels) {
     const FloatLanes level = all_lanes(static_cast<float>(share * need_m));
-    for (std::size_t k = 0; k < slack_m_.size(); ++k) {
-      std::uint32_t due = lanes_below(load_floats(slack_m_[k].x), level);
+    for (std::size_t k = 0; k < gaps_.slack_m.size(); ++k) {
+      std::uint32_t due = lanes_below(load_floats(gaps_.slack_m[k].x), level);
       for (; due != 0 && work_ - begin < most_work; due &= due - 1) {
         const auto lane = static_cast<std::uint32_t>(std::countr_zero(due));
         look_up(static_cast<std::uint32_t>(k) * kFloatLanes + lane, p, range_m, least_m, taken);
@@ -305,26 +305,28 @@ void FacetScreen::renew(const GripPose& p, Real need_m, Real range_m, Real least
     if (work_ - begin >= most_work) break;
   }
   FloatLanes clear = all_lanes(kNoGap), nearest = clear;
-  for (std::size_t k = 0; k < slack_m_.size(); ++k) {
-    clear = smaller(clear, load_floats(slack_m_[k].x));
-    nearest = smaller(nearest, smaller(load_floats(least_m_[k].x), load_floats(beyond_m_[k].x)));
+  for (std::size_t k = 0; k < gaps_.slack_m.size(); ++k) {
+    clear = smaller(clear, load_floats(gaps_.slack_m[k].x));
+    nearest = smaller(nearest,
+                      smaller(load_floats(gaps_.least_m[k].x), load_floats(gaps_.beyond_m[k].x)));
   }
   clear_m_ = static_cast<Real>(least_lane(clear));
   nearest_m_ = static_cast<Real>(least_lane(nearest));
-  if (is_full_) shed();
+  if (lists_.is_full) shed();
   // Where there are not blocks enough the lists are shorter for a while.
-  most_range_m_ = is_full_ ? kFullShare * range_m : std::min(kFullGrowth * most_range_m_, kLongest);
+  lists_.most_range_m =
+      lists_.is_full ? kFullShare * range_m : std::min(kFullGrowth * lists_.most_range_m, kLongest);
 }
 
 bool FacetScreen::take_back(std::uint32_t piece_a, std::uint32_t facet, const GripPose& p,
                             Real least_m) noexcept {
-  const std::uint32_t begin = row_begin_[piece_a], end = row_begin_[piece_a + 1];
+  const std::uint32_t begin = a_.row_begin[piece_a], end = a_.row_begin[piece_a + 1];
   const auto find = [&](std::uint32_t number, Tried& tried) {
-    const Placed at = placed(rows_[number], p);
+    const Placed at = placed(a_.rows[number], p);
     Between between{number, facet};
     between.p = &p;
     between.at_p = &at;
-    between.need_m = least_m + static_cast<Real>(rows_[number].rounding_m);
+    between.need_m = least_m + static_cast<Real>(a_.rows[number].rounding_m);
     return find_plane(between, tried) || find_closest(at, between, tried);
   };
   Tried tried;
@@ -333,7 +335,7 @@ bool FacetScreen::take_back(std::uint32_t piece_a, std::uint32_t facet, const Gr
     if (!find(number, tried)) return false;
   }
   for (std::uint32_t number = begin; number < end; ++number) {
-    Row& row = rows_[number];
+    Row& row = a_.rows[number];
     if (end - begin > 1) {
       tried = {};
       static_cast<void>(find(number, tried));
@@ -343,17 +345,17 @@ bool FacetScreen::take_back(std::uint32_t piece_a, std::uint32_t facet, const Gr
     if (row.near == kNoFacet && row.far == kNoFacet) {
       const Placed at = placed(row, p);
       row.origin_w = middle_of(at);
-      set_rounding(number, at, range_m_);
-      float& slack_m = of(slack_m_, number);
-      slack_m = std::min(slack_m, rounded_down(kMostSlack * range_m_));
+      set_rounding(number, at, lists_.range_m);
+      float& slack_m = of(gaps_.slack_m, number);
+      slack_m = std::min(slack_m, rounded_down(kMostSlack * lists_.range_m));
     }
     Chain chain{&row.near};
     // A place that was left, or a block of its own.
     for (std::uint32_t k = row.near; k != kNoFacet && chain.used == kFloatLanes;
-         k = blocks_[k].next) {
+         k = lists_.blocks[k].next) {
       for (std::uint32_t lane = 0; lane < kFloatLanes; ++lane) {
-        if (blocks_[k].facet[lane] != kNoFacet) continue;
-        write(blocks_[k], lane, row, facet, plane.normal_w);
+        if (lists_.blocks[k].facet[lane] != kNoFacet) continue;
+        write(lists_.blocks[k], lane, row, facet, plane.normal_w);
         chain.used = 0;
         break;
       }
@@ -362,10 +364,10 @@ bool FacetScreen::take_back(std::uint32_t piece_a, std::uint32_t facet, const Gr
       refuse({number, piece_a, facet, plane.gap_p_m});
       continue;
     }
-    float& least = of(least_m_, number);
+    float& least = of(gaps_.least_m, number);
     least = std::min(least, rounded_down(plane.gap_p_m - static_cast<Real>(row.rounding_m)));
   }
-  q_known_ = q_done_ = false;
+  end_.known = end_.done = false;
   return true;
 }
 

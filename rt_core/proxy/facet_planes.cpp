@@ -55,7 +55,7 @@ FacetScreen::Plane FacetScreen::try_plane(const Vec3& normal_w, const Between& b
 
 /// The unit direction between the closest points of their edges at one pose; zero: they meet.
 Vec3 FacetScreen::closest_w(const Placed& at, std::uint32_t facet) const noexcept {
-  const StaticFacet& of_b = facets_[facet];
+  const StaticFacet& of_b = b_.facets[facet];
   Real least2 = std::numeric_limits<Real>::max();
   Vec3 between = Vec3::Zero();
   for (int i = 0; i < 3; ++i) {
@@ -63,8 +63,8 @@ Vec3 FacetScreen::closest_w(const Placed& at, std::uint32_t facet) const noexcep
     const Vec3 along_a = at.corner_w[(i + 1) % 3] - a0;
     const Real aa = along_a.squaredNorm();
     for (std::uint32_t j = 0; j < of_b.count; ++j) {
-      const Vec3& b0 = corners_w_[of_b.begin + j];
-      const Vec3 along_b = corners_w_[of_b.begin + (j + 1 == of_b.count ? 0 : j + 1)] - b0;
+      const Vec3& b0 = b_.corners_w[of_b.begin + j];
+      const Vec3 along_b = b_.corners_w[of_b.begin + (j + 1 == of_b.count ? 0 : j + 1)] - b0;
       const Vec3 from_b = a0 - b0;
       const Real bb = along_b.squaredNorm(), ab = along_a.dot(along_b);
       const Real fa = along_a.dot(from_b), fb = along_b.dot(from_b);
@@ -95,7 +95,7 @@ Vec3 FacetScreen::closest_w(const Placed& at, std::uint32_t facet) const noexcep
 /// triangle at either end. None of them turns with the part.
 bool FacetScreen::find_plane(const Between& between, Tried& tried) noexcept {
   work_ += kDirectionWork;
-  const StaticFacet& of_b = facets_[between.facet];
+  const StaticFacet& of_b = b_.facets[between.facet];
   constexpr Real kLowest = -std::numeric_limits<Real>::max();
   tried.best.gap_p_m = tried.best.gap_q_m = kLowest;
   for (WayEnds* const ends : {&tried.of_a, &tried.closest, &tried.ends}) {
@@ -108,8 +108,8 @@ bool FacetScreen::find_plane(const Between& between, Tried& tried) noexcept {
   if (of_face.worth_m() >= kPlenty * between.need_m) return true;
   const auto face_of_a = [&](const GripPose& pose, const Placed& at) {
     work_ += kDirectionWork;
-    const Vec3 normal_a = pose.r_wa * normal_a_[between.row];
-    const Real ahead_m = normal_a.dot(at.corner_w[0]) - normal_a.dot(corners_w_[of_b.begin]);
+    const Vec3 normal_a = pose.r_wa * a_.normal[between.row];
+    const Real ahead_m = normal_a.dot(at.corner_w[0]) - normal_a.dot(b_.corners_w[of_b.begin]);
     return ahead_m < 0 ? Vec3(-normal_a) : normal_a;
   };
   if (between.at_q != nullptr) {

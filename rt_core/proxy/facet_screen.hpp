@@ -79,9 +79,9 @@ class FacetScreen {
   /// kDone: there are no more. kMisses: some may be left; then as after kDone misses() have no such
   /// plane, and it goes on once they are certified. kSpent: `most_work` did not do.
   [[nodiscard]] Search search(const Way& way, std::uint32_t most_work) noexcept;
-  [[nodiscard]] std::span<const ScreenMiss> misses() const noexcept { return misses_.view(); }
+  [[nodiscard]] std::span<const ScreenMiss> misses() const noexcept { return lost_.misses.view(); }
   /// The law has taken a missed pair.
-  void drop(const ScreenMiss& miss) noexcept { drop(rows_[miss.row], miss.facet); }
+  void drop(const ScreenMiss& miss) noexcept { drop(a_.rows[miss.row], miss.facet); }
   /// It has no room for one that renew() has missed: no step is longer than its gap.
   void refuse(const ScreenMiss& miss) noexcept;
 
@@ -89,9 +89,9 @@ class FacetScreen {
   /// hold may be among them until settle().
   void accept(const GripPose& q, Real far_m, Real turn_rad) noexcept;
   /// A step that search() has ended is not made, or what it missed is not certified.
-  void forget_end() noexcept { q_known_ = q_done_ = false; }
+  void forget_end() noexcept { end_.known = end_.done = false; }
   /// What search() has missed is not certified.
-  void forget_done() noexcept { q_done_ = false; }
+  void forget_done() noexcept { end_.done = false; }
   [[nodiscard]] bool is_settled() const noexcept { return settled_; }
   /// All planes hold at p with what search() was asked for, or are missed.
   void settle() noexcept { settled_ = true; }
@@ -104,7 +104,7 @@ class FacetScreen {
   [[nodiscard]] Real nearest_m() const noexcept { return nearest_m_; }
   [[nodiscard]] Real clear_m() const noexcept { return clear_m_; }
   /// The last renewal has had too few blocks.
-  [[nodiscard]] bool is_full() const noexcept { return is_full_; }
+  [[nodiscard]] bool is_full() const noexcept { return lists_.is_full; }
   /// Work since the last call, in kScreenOfUnit of a unit.
   [[nodiscard]] std::uint32_t take_work() noexcept {
     const std::uint32_t work = work_;
@@ -178,7 +178,7 @@ class FacetScreen {
                                                Real range_m) noexcept;
   void set_rounding(std::uint32_t number, const Placed& at, Real range_m) noexcept;
   [[nodiscard]] std::span<const Vec3> corners_of(std::uint32_t facet) const noexcept {
-    return corners_w_.subspan(facets_[facet].begin, facets_[facet].count);
+    return b_.corners_w.subspan(b_.facets[facet].begin, b_.facets[facet].count);
   }
   [[nodiscard]] Real gap_along(const Vec3& normal_w, const Placed& at,
                                std::uint32_t facet) const noexcept;
@@ -226,45 +226,68 @@ class FacetScreen {
            load_floats(block.height_m);
   }
 
-  // Of the scene.
-  std::span<Row> rows_;
-  std::span<Vec3> normal_a_;            ///< by row, A's axes
-  std::span<std::uint32_t> row_begin_;  ///< by piece of A, and the end
-  std::span<StaticFacet> facets_;
-  std::span<Vec3> corners_w_;  ///< of the facets
-  FacetTree tree_;
   struct alignas(32) Group {
     float x[kFloatLanes];
   };
   [[nodiscard]] static float& of(std::span<Group> list, std::uint32_t row) noexcept {
     return list[row / kFloatLanes].x[row % kFloatLanes];
   }
-  // By row.
-  std::span<Group> lever_m_;                 ///< about the grip point
-  std::span<Group> slack_m_;                 ///< nothing that is not listed is nearer at p
-  std::span<Group> least_m_, beyond_m_;      ///< smallest gap at p, of those near, of the others
-  std::span<Group> least_q_m_, beyond_q_m_;  ///< the same at q of the last sweep
-  // Lists.
-  std::span<ScreenBlock> blocks_;
-  BoundedList<std::uint32_t> free_;
-  std::span<std::uint32_t> found_, mark_;  ///< by facet: those that a query has found
-  std::uint32_t stamp_ = 0;
-  BoundedList<Lost> lost_;
-  BoundedList<Turned> turned_;
-  std::uint32_t searched_ = 0;  ///< of them
-  float worst_m_ = 0;           ///< least gap of the others
-  float need_m_ = 0;            ///< what the last sweep asked for
-  bool overflowed_ = false;     ///< not all that were lost are in it
-  BoundedList<ScreenMiss> misses_;
-  GripPose q_;            ///< of least_q_m_
-  bool q_known_ = false;  ///< these hold there
-  bool q_done_ = false;   ///< and nothing is lost there
+  /// The triangles of A, a row each; from the scene but for what a Row says of lists.
+  struct Triangles {
+    std::span<Row> rows;
+    std::span<Vec3> normal;              ///< by row, A's axes
+    std::span<std::uint32_t> row_begin;  ///< by piece of A, and the end
+    std::span<Group> lever_m;            ///< by row: about the grip point
+    Real lever_most_m = 0;               ///< of all rows
+  };
+  /// The facets of the obstacles, from the scene, and a query of their tree.
+  struct Obstacles {
+    std::span<StaticFacet> facets;
+    std::span<Vec3> corners_w;  ///< of the facets
+    FacetTree tree;
+    std::span<std::uint32_t> found, mark;  ///< by facet: those that a query has found
+    std::uint32_t stamp = 0;
+  };
+  /// Lower bounds by row: at p from call to call, at q from a sweep to the next.
+  struct RowGaps {
+    std::span<Group> slack_m;                ///< nothing that is not listed is nearer at p
+    std::span<Group> least_m, beyond_m;      ///< smallest gap at p, of those near, of the others
+    std::span<Group> least_q_m, beyond_q_m;  ///< the same at q of the last sweep
+  };
+  /// From call to call.
+  struct Lists {
+    std::span<ScreenBlock> blocks;
+    BoundedList<std::uint32_t> free;
+    Real most_range_m = 0;  ///< of any, from the scene
+    Real range_m = 0;       ///< of those made last
+    bool is_full = false;   ///< blocks have run out
+  };
+  /// Pairs that the last sweep has found to have too small a gap, and how far the search for planes
+  /// is.
+  struct LostPairs {
+    BoundedList<Lost> pairs;
+    BoundedList<Turned> turned;
+    std::uint32_t searched = 0;  ///< of the lost ones
+    float worst_m = 0;           ///< least gap of the others
+    float need_m = 0;            ///< what the last sweep asked for
+    bool overflowed = false;     ///< not all that were lost are in it
+    BoundedList<ScreenMiss> misses;
+  };
+  /// End of the way of the last sweep.
+  struct WayEnd {
+    GripPose q;          ///< of least_q_m
+    bool known = false;  ///< these hold there
+    bool done = false;   ///< and nothing is lost there
+  };
+
+  Triangles a_;
+  Obstacles b_;
+  RowGaps gaps_;
+  Lists lists_;
+  LostPairs lost_;
+  WayEnd end_;
   bool settled_ = true;
   Real clear_m_ = 0, nearest_m_ = 0;
-  Real lever_most_m_ = 0;  ///< of all rows
-  Real most_range_m_ = 0;  ///< of lists
-  Real range_m_ = 0;       ///< of those made last
-  bool is_full_ = false;   ///< blocks have run out
   std::uint32_t work_ = 0;
 };
 

@@ -22,7 +22,7 @@ constexpr std::uint32_t kFewLost = 48;
 
 /// What the arcs of a row's corners ask for on top of the least gap.
 Real FacetScreen::excess_m(std::uint32_t row, const Way& way) const noexcept {
-  const Real lever_m = static_cast<Real>(lever_m_[row / kFloatLanes].x[row % kFloatLanes]);
+  const Real lever_m = static_cast<Real>(a_.lever_m[row / kFloatLanes].x[row % kFloatLanes]);
   return std::max(lever_m * way.turn_rad * way.turn_rad / 8 - way.dip_m, Real{0});
 }
 
@@ -32,7 +32,7 @@ void FacetScreen::sweep_row(std::uint32_t number, const GripPose& q, const GripP
   struct alignas(16) Corners {
     float at[3][4] = {};
   };
-  const Row& row = rows_[number];
+  const Row& row = a_.rows[number];
   const auto corners_at = [&](const GripPose& pose) {
     Corners corners;
     const Placed at = placed(row, pose);
@@ -47,11 +47,11 @@ void FacetScreen::sweep_row(std::uint32_t number, const GripPose& q, const GripP
   const Corners at_p = p != nullptr ? corners_at(*p) : Corners{};
   const FloatLanes need = all_lanes(need_m + row.rounding_m);
   FloatLanes least = all_lanes(kNoGap);
-  for (std::uint32_t k = row.near; k != kNoFacet; k = blocks_[k].next) {
+  for (std::uint32_t k = row.near; k != kNoFacet; k = lists_.blocks[k].next) {
     work_ += kBlockWork;
-    FloatLanes gap = gaps(blocks_[k], at_q.at);
+    FloatLanes gap = gaps(lists_.blocks[k], at_q.at);
     least = smaller(least, gap);
-    if (p != nullptr) gap = smaller(gap, gaps(blocks_[k], at_p.at));
+    if (p != nullptr) gap = smaller(gap, gaps(lists_.blocks[k], at_p.at));
     std::uint32_t bad = lanes_below(gap, need);
     if (bad == 0) continue;
     alignas(16) float each[kFloatLanes];
@@ -59,49 +59,50 @@ void FacetScreen::sweep_row(std::uint32_t number, const GripPose& q, const GripP
     for (; bad != 0; bad &= bad - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(bad));
       const float gap_m = each[lane] - row.rounding_m;
-      worst_m_ = std::min(worst_m_, gap_m);
-      if (!lost_.push({gap_m, number, k, lane})) overflowed_ = true;
+      lost_.worst_m = std::min(lost_.worst_m, gap_m);
+      if (!lost_.pairs.push({gap_m, number, k, lane})) lost_.overflowed = true;
     }
   }
-  of(least_q_m_, number) = (least_lane(least) - row.rounding_m) * kKept;
+  of(gaps_.least_q_m, number) = (least_lane(least) - row.rounding_m) * kKept;
 }
 
 void FacetScreen::sweep(const Way& way) noexcept {
   const GripPose& q = way.q;
   // What is known at another end that was swept before holds here but for the way between the two.
   Real apart_m = 0, apart_rad = 0;
-  bool knows = q_known_;
+  bool knows = end_.known;
   if (knows) {
-    const Real sine = std::sqrt((q.q_wa * q_.q_wa.conjugate()).vec().squaredNorm());
+    const Real sine = std::sqrt((q.q_wa * end_.q.q_wa.conjugate()).vec().squaredNorm());
     knows = sine < kSmallSine;
-    apart_m = std::sqrt((q.x0_w - q_.x0_w).squaredNorm());
+    apart_m = std::sqrt((q.x0_w - end_.q.x0_w).squaredNorm());
     apart_rad = kOfSine * (sine + 8 * kRealEpsilon);
   }
-  lost_.clear();
-  turned_.clear();
-  misses_.clear();
-  searched_ = 0;
-  overflowed_ = false;
+  lost_.pairs.clear();
+  lost_.turned.clear();
+  lost_.misses.clear();
+  lost_.searched = 0;
+  lost_.overflowed = false;
   const float need_m = rounded_up(way.least_m * kScreenRoundedUp);
-  worst_m_ = need_m_ = need_m;
+  lost_.worst_m = lost_.need_m = need_m;
   const FloatLanes kept = all_lanes(kKept), zero = all_lanes(0.0f);
   const FloatLanes far = lanes_above(way.far_m), turn = lanes_above(way.turn_rad);
   const FloatLanes bend = lanes_above(way.turn_rad * way.turn_rad / 8);
   const FloatLanes dip = all_lanes(rounded_down(way.dip_m)), least = all_lanes(need_m);
   const FloatLanes apart = lanes_above(apart_m), apart_turn = lanes_above(apart_rad);
-  const bool bends = lever_most_m_ * way.turn_rad * way.turn_rad / 8 > way.dip_m;
-  for (std::size_t k = 0; k < least_m_.size(); ++k) {
-    const FloatLanes lever = load_floats(lever_m_[k].x);
+  const bool bends = a_.lever_most_m * way.turn_rad * way.turn_rad / 8 > way.dip_m;
+  for (std::size_t k = 0; k < gaps_.least_m.size(); ++k) {
+    const FloatLanes lever = load_floats(a_.lever_m[k].x);
     const FloatLanes motion = turn * lever + far;
-    const FloatLanes least_p = load_floats(least_m_[k].x), beyond_p = load_floats(beyond_m_[k].x);
+    const FloatLanes least_p = load_floats(gaps_.least_m[k].x),
+                     beyond_p = load_floats(gaps_.beyond_m[k].x);
     FloatLanes left = least_p * kept - motion, beyond = beyond_p * kept - motion;
     if (knows) {
       const FloatLanes between = apart_turn * lever + apart;
-      left = larger(left, load_floats(least_q_m_[k].x) * kept - between);
-      beyond = larger(beyond, load_floats(beyond_q_m_[k].x) * kept - between);
+      left = larger(left, load_floats(gaps_.least_q_m[k].x) * kept - between);
+      beyond = larger(beyond, load_floats(gaps_.beyond_q_m[k].x) * kept - between);
     }
-    store_floats(left, least_q_m_[k].x);
-    store_floats(beyond, beyond_q_m_[k].x);
+    store_floats(left, gaps_.least_q_m[k].x);
+    store_floats(beyond, gaps_.beyond_q_m[k].x);
     FloatLanes need = least;
     std::uint32_t bent = 0;
     if (bends) {
@@ -120,55 +121,55 @@ void FacetScreen::sweep(const Way& way) noexcept {
       const auto number = static_cast<std::uint32_t>(k) * kFloatLanes + lane;
       work_ += kSweptWork;
       if ((open >> lane & 1) != 0) {  // what was far may be near: all of it
-        Row& row = rows_[number];
+        Row& row = a_.rows[number];
         std::uint32_t* end = &row.near;
-        while (*end != kNoFacet) end = &blocks_[*end].next;
+        while (*end != kNoFacet) end = &lists_.blocks[*end].next;
         *end = row.far;
         row.far = kNoFacet;
-        of(least_m_, number) = std::min(of(least_m_, number), of(beyond_m_, number));
-        of(beyond_m_, number) = of(beyond_q_m_, number) = kNoGap;
+        of(gaps_.least_m, number) = std::min(of(gaps_.least_m, number), of(gaps_.beyond_m, number));
+        of(gaps_.beyond_m, number) = of(gaps_.beyond_q_m, number) = kNoGap;
       }
       sweep_row(number, q, (bent >> lane & 1) != 0 ? &way.p : nullptr, need_of[lane]);
     }
   }
-  q_ = q;
-  q_known_ = true;
-  q_done_ = false;
+  end_.q = q;
+  end_.known = true;
+  end_.done = false;
 }
 
 /// Moves those that lack up to a level, which rises in a few steps to what is needed, to the front
 /// of those not searched yet: what lacks most comes first. @return where they end.
 std::uint32_t FacetScreen::worst_lost(float need_m) noexcept {
-  std::uint32_t end = lost_.size();
-  if (!(end - searched_ > kFewLost && need_m - worst_m_ > 0.1f * need_m)) return end;
-  const float level = worst_m_ + 0.25f * (need_m - worst_m_);
-  end = searched_;
+  std::uint32_t end = lost_.pairs.size();
+  if (!(end - lost_.searched > kFewLost && need_m - lost_.worst_m > 0.1f * need_m)) return end;
+  const float level = lost_.worst_m + 0.25f * (need_m - lost_.worst_m);
+  end = lost_.searched;
   float next_m = need_m;
-  for (std::uint32_t k = searched_; k < lost_.size(); ++k) {
-    if (lost_[k].gap_m <= level) {
-      std::swap(lost_[k], lost_[end++]);
+  for (std::uint32_t k = lost_.searched; k < lost_.pairs.size(); ++k) {
+    if (lost_.pairs[k].gap_m <= level) {
+      std::swap(lost_.pairs[k], lost_.pairs[end++]);
     } else {
-      next_m = std::min(next_m, lost_[k].gap_m);
+      next_m = std::min(next_m, lost_.pairs[k].gap_m);
     }
   }
-  worst_m_ = next_m;
+  lost_.worst_m = next_m;
   return end;
 }
 
 /// True if a plane, fixed or turning, certifies a lane on the way; `tried`: what was looked at.
 bool FacetScreen::certify_lost(const Lost& lost, std::uint32_t facet, const LostRow& at,
                                const Way& way, Tried& tried) noexcept {
-  const Row& row = rows_[lost.row];
+  const Row& row = a_.rows[lost.row];
   Between between{lost.row, facet, &way.p, nullptr, &at.at_p, nullptr, at.needed_m};
   if (at.is_move) {
     between.q = &way.q;
     between.at_q = &at.at_q;
   }
   Turned turned{lost.row, lost.block, lost.lane, facet, Vec3::Zero()};
-  const Real lever_m = static_cast<Real>(of(lever_m_, lost.row));
+  const Real lever_m = static_cast<Real>(of(a_.lever_m, lost.row));
   const auto turns = [&] {
     return at.is_move && turns_past(row, lever_m, way, tried, turned.normal_w) &&
-           turned_.push(turned);
+           lost_.turned.push(turned);
   };
   bool found = find_plane(between, tried);
   // The end first, for what holds there may hold on.
@@ -179,26 +180,26 @@ bool FacetScreen::certify_lost(const Lost& lost, std::uint32_t facet, const Lost
   }
   found = found || find_closest(at.at_p, between, tried);
   if (!found) return turns();
-  write(blocks_[lost.block], lost.lane, row, facet, tried.best.normal_w);
-  float& least = of(least_m_, lost.row);
+  write(lists_.blocks[lost.block], lost.lane, row, facet, tried.best.normal_w);
+  float& least = of(gaps_.least_m, lost.row);
   least = std::min(least, rounded_down(tried.best.gap_p_m - static_cast<Real>(row.rounding_m)));
   return true;
 }
 
 FacetScreen::Search FacetScreen::search(const Way& way, std::uint32_t most_work) noexcept {
-  misses_.clear();
+  lost_.misses.clear();
   const GripPose &p = way.p, &q = way.q;
   LostRow at;
   at.is_move = !(q.x0_w == p.x0_w && q.q_wa.coeffs() == p.q_wa.coeffs());
   const float need_m = rounded_up(way.least_m * kScreenRoundedUp);
   const std::uint32_t begin = work_;
-  while (searched_ < lost_.size()) {
-    for (const std::uint32_t end = worst_lost(need_m); searched_ < end; ++searched_) {
-      const Lost& lost = lost_[searched_];
-      const std::uint32_t facet = blocks_[lost.block].facet[lost.lane];
+  while (lost_.searched < lost_.pairs.size()) {
+    for (const std::uint32_t end = worst_lost(need_m); lost_.searched < end; ++lost_.searched) {
+      const Lost& lost = lost_.pairs[lost_.searched];
+      const std::uint32_t facet = lists_.blocks[lost.block].facet[lost.lane];
       if (facet == kNoFacet) continue;  // the law has it
       if (work_ - begin >= most_work) return Search::kSpent;
-      const Row& row = rows_[lost.row];
+      const Row& row = a_.rows[lost.row];
       if (lost.row != at.row) {
         at.at_p = placed(row, p);
         at.at_q = placed(row, q);
@@ -207,22 +208,22 @@ FacetScreen::Search FacetScreen::search(const Way& way, std::uint32_t most_work)
       }
       Tried tried;
       if (certify_lost(lost, facet, at, way, tried)) continue;
-      static_cast<void>(misses_.push(
+      static_cast<void>(lost_.misses.push(
           {lost.row, row.piece, facet, at.is_move ? way.least_m : tried.best.gap_p_m}));
-      if (misses_.size() == kMostMisses) {
-        ++searched_;
+      if (lost_.misses.size() == kMostMisses) {
+        ++lost_.searched;
         return Search::kMisses;
       }
     }
   }
-  if (overflowed_) return Search::kSpent;
-  for (const Lost& lost : lost_) {
-    float& least = of(least_q_m_, lost.row);
+  if (lost_.overflowed) return Search::kSpent;
+  for (const Lost& lost : lost_.pairs) {
+    float& least = of(gaps_.least_q_m, lost.row);
     least = std::max(least, need_m);
   }
   // Those that turn have their planes at q once p is there.
-  for (const Turned& turned : turned_) of(least_q_m_, turned.row) = -kNoGap;
-  q_done_ = true;
+  for (const Turned& turned : lost_.turned) of(gaps_.least_q_m, turned.row) = -kNoGap;
+  end_.done = true;
   return Search::kDone;
 }
 

@@ -74,10 +74,10 @@ LeftOut joined(const LeftOut& left, const LeftOut& other) noexcept {
 
 void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots,
                       bool screened) noexcept {
-  pairs_ = arena.take<NearPair>(slots);
-  listed_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
-  free_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
-  table_ = arena.take<std::uint32_t>(std::bit_ceil(4 * std::size_t{slots}));
+  pool_.pairs = arena.take<NearPair>(slots);
+  pool_.listed = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
+  pool_.free = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
+  pool_.table = arena.take<std::uint32_t>(std::bit_ceil(4 * std::size_t{slots}));
   if (screened) return;
   const std::uint32_t of_a = scene.bodies()[0].piece_count;
   const auto pieces = static_cast<std::uint32_t>(scene.pieces().size());
@@ -85,29 +85,29 @@ void NearPairs::place(Arena& arena, const SceneView& scene, std::uint32_t slots,
   // scene has more pairs than slots.
   const bool overflows = scene.pair_count() > slots;
   const bool boxed = scene.has_facets() || overflows;
-  tree_a_.place(arena, of_a, boxed);
-  tree_b_.place(arena, pieces - of_a, boxed);
-  spheres_ = arena.take<PieceSphere>(pieces);
+  pieces_.tree_a.place(arena, of_a, boxed);
+  pieces_.tree_b.place(arena, pieces - of_a, boxed);
+  pieces_.spheres = arena.take<PieceSphere>(pieces);
   if (boxed) {
-    boxes_ = arena.take<PieceBox>(pieces);
-    if (scene.has_facets()) flat_ = arena.take<FlatPiece>(pieces);
-    placed_ = arena.take<PlacedBox>(2 * std::size_t{of_a} - 1);
+    pieces_.boxes = arena.take<PieceBox>(pieces);
+    if (scene.has_facets()) pieces_.flat = arena.take<FlatPiece>(pieces);
+    next_.placed = arena.take<PlacedBox>(2 * std::size_t{of_a} - 1);
   }
-  changed_ = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
-  at_ = arena.take<Place>(1);
-  waiting_ = arena.take<NodePair>(kMostWaiting);
-  found_ = BoundedList<Found>(arena.take<Found>(slots));
-  left_out_ = BoundedList<LeftOut>(arena.take<LeftOut>(overflows ? kMostLeftOut : 0));
-  leaving_ = BoundedList<LeftOut>(arena.take<LeftOut>(overflows ? kMostLeftOut : 0));
+  pool_.changed = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(slots));
+  next_.at = arena.take<Place>(1);
+  next_.waiting = arena.take<NodePair>(kMostWaiting);
+  next_.found = BoundedList<Found>(arena.take<Found>(slots));
+  used_.left_out = BoundedList<LeftOut>(arena.take<LeftOut>(overflows ? kMostLeftOut : 0));
+  next_.leaving = BoundedList<LeftOut>(arena.take<LeftOut>(overflows ? kMostLeftOut : 0));
 }
 
 void NearPairs::read_scene(const SceneView& scene) noexcept {
   scene_ = &scene;
-  if (spheres_.empty()) return reset();
+  if (pieces_.spheres.empty()) return reset();
   const std::uint32_t of_a = scene.bodies()[0].piece_count;
-  for (std::uint32_t i = 0; i < spheres_.size(); ++i) {
+  for (std::uint32_t i = 0; i < pieces_.spheres.size(); ++i) {
     const PieceRecord& piece = scene.pieces()[i];
-    PieceSphere& sphere = spheres_[i];
+    PieceSphere& sphere = pieces_.spheres[i];
     sphere.centre = piece_centre(piece);
     sphere.radius_m = static_cast<Real>(piece.radius_m) * (1 + 4 * kRealEpsilon);
     Vec3 reference = Vec3::Zero();
@@ -116,57 +116,58 @@ void NearPairs::read_scene(const SceneView& scene) noexcept {
       for (int k = 0; k < 3; ++k) reference[k] = static_cast<Real>(body.reference_m[k]);
       sphere.centre += reference;
     }
-    if (boxes_.empty()) continue;
+    if (pieces_.boxes.empty()) continue;
     const PieceView view = scene.piece(i);
     Vec3 low = view.vertex(0), high = low;
     for (std::uint32_t v = 1; v < view.vertex_count; ++v) {
       low = low.cwiseMin(view.vertex(v));
       high = high.cwiseMax(view.vertex(v));
     }
-    boxes_[i] = {0.5_r * (low + high) + reference, 0.5_r * (high - low)};
-    if (flat_.empty()) continue;
-    flat_[i] = FlatPiece{};
+    pieces_.boxes[i] = {0.5_r * (low + high) + reference, 0.5_r * (high - low)};
+    if (pieces_.flat.empty()) continue;
+    pieces_.flat[i] = FlatPiece{};
     if (!view.is_facet()) continue;
-    flat_[i] = {view.plane_normal(0), view.plane_offset(0), view.vertices, view.vertex_count,
-                reference};
+    pieces_.flat[i] = {view.plane_normal(0), view.plane_offset(0), view.vertices, view.vertex_count,
+                       reference};
   }
-  const std::size_t boxed_a = boxes_.empty() ? 0 : of_a;
-  tree_a_.build(spheres_.first(of_a), boxes_.first(boxed_a));
-  tree_b_.build(spheres_.subspan(of_a), boxes_.subspan(boxed_a));
+  const std::size_t boxed_a = pieces_.boxes.empty() ? 0 : of_a;
+  pieces_.tree_a.build(pieces_.spheres.first(of_a), pieces_.boxes.first(boxed_a));
+  pieces_.tree_b.build(pieces_.spheres.subspan(of_a), pieces_.boxes.subspan(boxed_a));
   reset();
 }
 
 void NearPairs::reset() noexcept {
-  listed_.clear();
-  changed_.clear();
-  free_.clear();
-  for (auto slot = static_cast<std::uint32_t>(pairs_.size()); slot > 0; --slot) {
-    pairs_[slot - 1] = {};
-    static_cast<void>(free_.push(slot - 1));
+  pool_.listed.clear();
+  pool_.changed.clear();
+  pool_.free.clear();
+  for (auto slot = static_cast<std::uint32_t>(pool_.pairs.size()); slot > 0; --slot) {
+    pool_.pairs[slot - 1] = {};
+    static_cast<void>(pool_.free.push(slot - 1));
   }
-  for (std::uint32_t& entry : table_) entry = 0;
-  list_ = begun_lists_ = 0;
-  for (PlacedBox& placed : placed_) placed.list = 0;
-  begun_ = overflowed_ = false;
-  least_share_ = 1;
-  if (!at_.empty()) at_[0] = Place{};
-  left_out_.clear();
-  clear_until_m_ = -std::numeric_limits<double>::max();
+  for (std::uint32_t& entry : pool_.table) entry = 0;
+  used_.number = next_.number = 0;
+  for (PlacedBox& placed : next_.placed) placed.list = 0;
+  next_.begun = used_.overflowed = false;
+  used_.least_share = 1;
+  if (!next_.at.empty()) next_.at[0] = Place{};
+  used_.left_out.clear();
+  used_.clear_until_m = -std::numeric_limits<double>::max();
 }
 
 /// Where the table has a pair at the earliest.
 std::uint32_t NearPairs::place_of(PairIndex pair) const noexcept {
-  const auto mask = static_cast<std::uint32_t>(table_.size() - 1);
+  const auto mask = static_cast<std::uint32_t>(pool_.table.size() - 1);
   const auto folded = static_cast<std::uint32_t>(pair ^ pair >> 32);
   return (folded * 0x9e3779b9u) >> 7 & mask;
 }
 
 /// Where the table has a pair, or would have it.
 const std::uint32_t* NearPairs::entry_of(PairIndex pair) const noexcept {
-  const auto mask = static_cast<std::uint32_t>(table_.size() - 1);
+  const auto mask = static_cast<std::uint32_t>(pool_.table.size() - 1);
   std::uint32_t at = place_of(pair);
-  while (table_[at] != 0 && pairs_[table_[at] - 1].pair != pair) at = (at + 1) & mask;
-  return &table_[at];
+  while (pool_.table[at] != 0 && pool_.pairs[pool_.table[at] - 1].pair != pair)
+    at = (at + 1) & mask;
+  return &pool_.table[at];
 }
 std::uint32_t* NearPairs::entry_of(PairIndex pair) noexcept {
   return const_cast<std::uint32_t*>(std::as_const(*this).entry_of(pair));
@@ -176,60 +177,61 @@ std::uint32_t NearPairs::add(std::uint32_t piece_a, std::uint32_t piece_b, Real 
   const PairIndex pair = scene_->find_pair(piece_a, scene_->bodies()[0].piece_count + piece_b);
   std::uint32_t& entry = *entry_of(pair);
   if (entry != 0) return entry - 1;
-  if (free_.empty()) return kNoSlot;
-  const std::uint32_t slot = free_[free_.size() - 1];
-  free_.truncate(free_.size() - 1);
-  list_ = 1;
-  pairs_[slot] = {pair, gap_m, list_, false, false};
-  static_cast<void>(listed_.push(slot));
+  if (pool_.free.empty()) return kNoSlot;
+  const std::uint32_t slot = pool_.free[pool_.free.size() - 1];
+  pool_.free.truncate(pool_.free.size() - 1);
+  used_.number = 1;
+  pool_.pairs[slot] = {pair, gap_m, used_.number, false, false};
+  static_cast<void>(pool_.listed.push(slot));
   entry = slot + 1;
   return slot;
 }
 
 void NearPairs::remove(std::uint32_t slot) noexcept {
-  const auto mask = static_cast<std::uint32_t>(table_.size() - 1);
-  auto hole = static_cast<std::uint32_t>(entry_of(pairs_[slot].pair) - table_.data());
+  const auto mask = static_cast<std::uint32_t>(pool_.table.size() - 1);
+  auto hole = static_cast<std::uint32_t>(entry_of(pool_.pairs[slot].pair) - pool_.table.data());
   // What has been put behind it moves up.
-  for (std::uint32_t at = (hole + 1) & mask; table_[at] != 0; at = (at + 1) & mask) {
-    const std::uint32_t earliest = place_of(pairs_[table_[at] - 1].pair);
+  for (std::uint32_t at = (hole + 1) & mask; pool_.table[at] != 0; at = (at + 1) & mask) {
+    const std::uint32_t earliest = place_of(pool_.pairs[pool_.table[at] - 1].pair);
     if (((at - earliest) & mask) < ((at - hole) & mask)) continue;
-    table_[hole] = table_[at];
+    pool_.table[hole] = pool_.table[at];
     hole = at;
   }
-  table_[hole] = 0;
-  pairs_[slot].listed = 0;
-  static_cast<void>(free_.push(slot));
+  pool_.table[hole] = 0;
+  pool_.pairs[slot].listed = 0;
+  static_cast<void>(pool_.free.push(slot));
   std::uint32_t kept = 0;
-  for (const std::uint32_t other : listed_) {
-    if (other != slot) listed_[kept++] = other;
+  for (const std::uint32_t other : pool_.listed) {
+    if (other != slot) pool_.listed[kept++] = other;
   }
-  listed_.truncate(kept);
+  pool_.listed.truncate(kept);
 }
 
 void NearPairs::fill_table() noexcept {
-  std::fill(table_.begin(), table_.end(), 0u);
-  for (std::uint32_t slot = 0; slot < pairs_.size(); ++slot) {
-    if (pairs_[slot].listed == 0) continue;
-    *entry_of(pairs_[slot].pair) = slot + 1;
+  std::fill(pool_.table.begin(), pool_.table.end(), 0u);
+  for (std::uint32_t slot = 0; slot < pool_.pairs.size(); ++slot) {
+    if (pool_.pairs[slot].listed == 0) continue;
+    *entry_of(pool_.pairs[slot].pair) = slot + 1;
   }
 }
 
 /// The box of a node of A, placed once in a list.
 const PieceBox& NearPairs::box_w(std::uint32_t node_a) noexcept {
-  PlacedBox& placed = placed_[node_a];
-  if (placed.list != begun_lists_) {
-    const PieceBox& box = tree_a_.box(node_a);
-    placed = {{at_[0].p.r_wa * box.middle + at_[0].p.x0_w, at_[0].turn_abs * box.half},
-              begun_lists_};
+  PlacedBox& placed = next_.placed[node_a];
+  if (placed.list != next_.number) {
+    const PieceBox& box = pieces_.tree_a.box(node_a);
+    placed = {
+        {next_.at[0].p.r_wa * box.middle + next_.at[0].p.x0_w, next_.at[0].turn_abs * box.half},
+        next_.number};
   }
   return placed.box_w;
 }
 
 /// What a node of A has of the range: the share of the radius that its lever has, or the least.
 Real NearPairs::share_of(std::uint32_t node_a) const noexcept {
-  const Place& at = at_[0];
+  const Place& at = next_.at[0];
   if (!(at.least_share < 1)) return 1;
-  const PieceSphere& sphere = tree_a_.node(node_a).sphere;
+  const PieceSphere& sphere = pieces_.tree_a.node(node_a).sphere;
   const Real lever_m = std::sqrt(sphere.centre.squaredNorm()) + sphere.radius_m;
   return std::clamp(lever_m * (1 + 4 * kRealEpsilon) / at.radius_m, at.least_share, Real{1});
 }
@@ -239,26 +241,26 @@ Real NearPairs::share_of(std::uint32_t node_a) const noexcept {
 /// the lower bound that says so.
 bool NearPairs::is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real share,
                           Real& gap_m) noexcept {
-  const Place& at = at_[0];
-  const PieceNode &a = tree_a_.node(node_a), &b = tree_b_.node(node_b);
-  if (boxes_.empty()) {
+  const Place& at = next_.at[0];
+  const PieceNode &a = pieces_.tree_a.node(node_a), &b = pieces_.tree_b.node(node_b);
+  if (pieces_.boxes.empty()) {
     gap_m = sphere_distance({at.p.r_wa * a.sphere.centre + at.p.x0_w, a.sphere.radius_m}, b.sphere);
-    if (gap_m > share * range_m_) left_m_ = std::min(left_m_, gap_m / share);
-    return gap_m > share * range_m_;
+    if (gap_m > share * next_.range_m) next_.left_m = std::min(next_.left_m, gap_m / share);
+    return gap_m > share * next_.range_m;
   }
-  const Real limit_m = share * range_m_ + at.rounding_m;
+  const Real limit_m = share * next_.range_m + at.rounding_m;
   const auto squared = [](const Vec3& between, const Vec3& halves) {
     return (between.cwiseAbs() - halves).cwiseMax(Vec3::Zero()).squaredNorm();
   };
-  const PieceBox &a_w = box_w(node_a), &b_w = tree_b_.box(node_b);
+  const PieceBox &a_w = box_w(node_a), &b_w = pieces_.tree_b.box(node_b);
   const Vec3 between_w = a_w.middle - b_w.middle;
   Real apart2 = squared(between_w, a_w.half + b_w.half);
   if (apart2 <= limit_m * limit_m) {
-    apart2 = std::max(apart2, squared(at.turn_back * between_w,
-                                      tree_a_.box(node_a).half + at.turn_back_abs * b_w.half));
+    apart2 = std::max(apart2, squared(at.turn_back * between_w, pieces_.tree_a.box(node_a).half +
+                                                                    at.turn_back_abs * b_w.half));
   }
   if (apart2 > limit_m * limit_m) {
-    left2_ = std::min(left2_, apart2 / (share * share));
+    next_.left2 = std::min(next_.left2, apart2 / (share * share));
     return true;
   }
   if (a.count == 1 && b.count == 1) gap_m = std::sqrt(apart2) - at.rounding_m;
@@ -269,10 +271,10 @@ bool NearPairs::is_beyond(std::uint32_t node_a, std::uint32_t node_b, Real share
 /// it takes to be above `limit_m`.
 Real NearPairs::facet_gap(std::uint32_t piece_a, std::uint32_t piece_b, Real gap_m,
                           Real limit_m) const noexcept {
-  if (flat_.empty()) return gap_m;
-  const FlatPiece &a = flat_[piece_a], &b = flat_[piece_b];
+  if (pieces_.flat.empty()) return gap_m;
+  const FlatPiece &a = pieces_.flat[piece_a], &b = pieces_.flat[piece_b];
   if (a.corner_count == 0 || b.corner_count == 0) return gap_m;
-  const Place& at = at_[0];
+  const Place& at = next_.at[0];
   const Vec3 between_w = at.p.x0_w - b.reference_m;
   const auto beyond = [&](const FlatPiece& piece, const Vec3& normal, Real offset_m) {
     Real least = std::numeric_limits<Real>::max(), most = -least;
@@ -291,30 +293,30 @@ Real NearPairs::facet_gap(std::uint32_t piece_a, std::uint32_t piece_b, Real gap
 
 void NearPairs::begin(const GripPose& p, double odometer_m, Real range_m, Real least_share,
                       Real radius_m) noexcept {
-  begun_ = true;
-  begun_lists_ += 1;
+  next_.begun = true;
+  next_.number += 1;
   const Mat3 back = p.r_wa.transpose();
-  const PieceSphere &all_a = tree_a_.node(0).sphere, &all_b = tree_b_.node(0).sphere;
+  const PieceSphere &all_a = pieces_.tree_a.node(0).sphere, &all_b = pieces_.tree_b.node(0).sphere;
   const Real size_m = p.x0_w.cwiseAbs().sum() + all_a.radius_m + all_b.radius_m +
                       std::sqrt(all_a.centre.squaredNorm()) + std::sqrt(all_b.centre.squaredNorm());
-  at_[0] = {p,        p.r_wa.cwiseAbs(), back, back.cwiseAbs(), 64 * kRealEpsilon * size_m,
-            radius_m, least_share};
-  odometer_m_ = odometer_m;
-  range_m_ = range_m;
-  left_m_ = left2_ = std::numeric_limits<Real>::max();
-  waiting_[0] = NodePair{};
-  waiting_count_ = 1;
-  visited_ = 0;
-  found_.clear();
-  leaving_.clear();
-  refining_ = leaves_pairs_ = false;
-  refined_ = 0;
+  next_.at[0] = {p,        p.r_wa.cwiseAbs(), back, back.cwiseAbs(), 64 * kRealEpsilon * size_m,
+                 radius_m, least_share};
+  next_.odometer_m = odometer_m;
+  next_.range_m = range_m;
+  next_.left_m = next_.left2 = std::numeric_limits<Real>::max();
+  next_.waiting[0] = NodePair{};
+  next_.waiting_count = 1;
+  next_.visited = 0;
+  next_.found.clear();
+  next_.leaving.clear();
+  next_.refining = next_.leaves_pairs = false;
+  next_.refined = 0;
 }
 
 /// There is no room for all pairs within the range: a lower bound of the gap of this one that is as
 /// good as a face of either piece makes it, or as it takes to be above the range.
 void NearPairs::refine(Found& found) noexcept {
-  const GripPose& p = at_[0].p;
+  const GripPose& p = next_.at[0].p;
   const PairView view = scene_->pair(found.pair);
   const BodyRecord& body = scene_->bodies()[view.b.record->body];
   Vec3 y_w = p.x0_w;
@@ -322,18 +324,18 @@ void NearPairs::refine(Found& found) noexcept {
   const Real rounding_m = gap_rounding(view, y_w);
   found.along_m = -std::numeric_limits<Real>::max();
   const auto improve = [&](const PlaneGap& gap) {
-    visited_ += kListVisitsOfUnit;
+    next_.visited += kListVisitsOfUnit;
     if (!gap.defined || !(gap.gap_m - rounding_m > found.along_m)) return;
     found.along_m = gap.gap_m - rounding_m;
     found.normal_w = gap.normal_w;
   };
   SupportPair support{};
   const auto ask = [&](ContactType type, std::uint32_t count) {
-    for (std::uint32_t f = 0; f < count && !(found.along_m > range_m_); ++f) {
+    for (std::uint32_t f = 0; f < count && !(found.along_m > next_.range_m); ++f) {
       PlaneId id;
       id.type = type;
       (type == ContactType::kA ? id.i : id.j) = static_cast<std::uint16_t>(f);
-      visited_ += 1;
+      next_.visited += 1;
       if (face_bound(view, p.r_wa, y_w, id, support) < found.along_m) continue;
       const PlaneGap gap = plane_gap(view, p.r_wa, y_w, id, support);
       support = gap.support;
@@ -345,7 +347,8 @@ void NearPairs::refine(Found& found) noexcept {
   const std::uint32_t of_a = plane_count(*view.a.record);
   const bool is_apart = view.b.is_facet() && found.along_m > 0;
   if (of_a <= kFewFaces || !is_apart) ask(ContactType::kA, of_a);
-  if (kSceneTraits.facets && found.along_m < kLineShare * range_m_) ask_edges(found, view, y_w);
+  if (kSceneTraits.facets && found.along_m < kLineShare * next_.range_m)
+    ask_edges(found, view, y_w);
   found.rank_m = found.gap_m = std::max(found.gap_m, found.along_m);
 }
 
@@ -354,8 +357,8 @@ void NearPairs::refine(Found& found) noexcept {
 void NearPairs::ask_edges(Found& found, const PairView& view, const Vec3& y_w) noexcept {
   const std::uint32_t lines = view.a.edge_count * view.b.edge_count;
   if (!view.has_facet() || lines > kMostEdgeLines) return;
-  const Mat3& r_wa = at_[0].p.r_wa;
-  visited_ += lines + 2 * kListVisitsOfUnit;
+  const Mat3& r_wa = next_.at[0].p.r_wa;
+  next_.visited += lines + 2 * kListVisitsOfUnit;
   Vec3 nearest_w = Vec3::Zero();
   Real length2 = std::numeric_limits<Real>::max();
   for (std::uint32_t i = 0; i < view.a.edge_count; ++i) {
@@ -378,59 +381,63 @@ void NearPairs::ask_edges(Found& found, const PairView& view, const Vec3& y_w) n
 /// The list is full: of the pairs that it holds, one after the other, a better gap. Then those
 /// beyond the range leave it.
 void NearPairs::refine_next() noexcept {
-  refine(found_[refined_]);
-  if (++refined_ < found_.size()) return;
+  refine(next_.found[next_.refined]);
+  if (++next_.refined < next_.found.size()) return;
   std::uint32_t kept = 0;
-  for (const Found& found : found_) {
-    if (found.gap_m > range_m_) {
-      left_m_ = std::min(left_m_, found.gap_m);
+  for (const Found& found : next_.found) {
+    if (found.gap_m > next_.range_m) {
+      next_.left_m = std::min(next_.left_m, found.gap_m);
     } else {
-      found_[kept++] = found;
+      next_.found[kept++] = found;
     }
   }
-  found_.truncate(kept);
-  refined_ = found_.capacity();
-  if (found_.size() == found_.capacity()) std::make_heap(found_.begin(), found_.end(), is_nearer);
+  next_.found.truncate(kept);
+  next_.refined = next_.found.capacity();
+  if (next_.found.size() == next_.found.capacity())
+    std::make_heap(next_.found.begin(), next_.found.end(), is_nearer);
 }
 
 bool NearPairs::go_on(std::uint32_t most_visits, double odometer_m, Real least_m) noexcept {
   const std::uint32_t of_a = scene_->bodies()[0].piece_count;
-  const std::uint32_t begin = visited_;
-  while (waiting_count_ > 0 || has_to_refine()) {
-    if (visited_ - begin >= most_visits) return false;
+  const std::uint32_t begin = next_.visited;
+  while (next_.waiting_count > 0 || has_to_refine()) {
+    if (next_.visited - begin >= most_visits) return false;
     if (has_to_refine()) {
       refine_next();
       continue;
     }
-    const NodePair next = waiting_[--waiting_count_];
-    visited_ += 1;
-    const PieceNode& a = tree_a_.node(next.a);
-    const PieceNode& b = tree_b_.node(next.b);
+    const NodePair next = next_.waiting[--next_.waiting_count];
+    next_.visited += 1;
+    const PieceNode& a = pieces_.tree_a.node(next.a);
+    const PieceNode& b = pieces_.tree_b.node(next.b);
     Real gap_m = 0;
     const Real share = share_of(next.a);
     if (is_beyond(next.a, next.b, share, gap_m)) continue;
     if (a.count == 1 && b.count == 1) {
-      const PairIndex pair = scene_->find_pair(tree_a_.piece(a), of_a + tree_b_.piece(b));
+      const PairIndex pair =
+          scene_->find_pair(pieces_.tree_a.piece(a), of_a + pieces_.tree_b.piece(b));
       if (pair == kNoPair) continue;
-      const bool is_short = found_.size() == found_.capacity() && !(found_[0].rank_m > least_m);
-      if (is_short && !refining_ && may_leave_out()) {
-        refining_ = true;
-        waiting_[waiting_count_++] = next;
+      const bool is_short =
+          next_.found.size() == next_.found.capacity() && !(next_.found[0].rank_m > least_m);
+      if (is_short && !next_.refining && may_leave_out()) {
+        next_.refining = true;
+        next_.waiting[next_.waiting_count++] = next;
         continue;
       }
-      const Real limit_m = share * range_m_;
-      const Real closer = facet_gap(tree_a_.piece(a), of_a + tree_b_.piece(b), gap_m, limit_m);
+      const Real limit_m = share * next_.range_m;
+      const Real closer =
+          facet_gap(pieces_.tree_a.piece(a), of_a + pieces_.tree_b.piece(b), gap_m, limit_m);
       if (closer > limit_m) {
-        left_m_ = std::min(left_m_, closer / share);
+        next_.left_m = std::min(next_.left_m, closer / share);
       } else {
         take({pair, closer, closer / share, 0, Vec3::Zero()});
       }
     } else if (b.count == 1 || (a.count > 1 && a.sphere.radius_m > b.sphere.radius_m)) {
-      waiting_[waiting_count_++] = {a.child + 1, next.b};
-      waiting_[waiting_count_++] = {a.child, next.b};
+      next_.waiting[next_.waiting_count++] = {a.child + 1, next.b};
+      next_.waiting[next_.waiting_count++] = {a.child, next.b};
     } else {
-      waiting_[waiting_count_++] = {next.a, b.child + 1};
-      waiting_[waiting_count_++] = {next.a, b.child};
+      next_.waiting[next_.waiting_count++] = {next.a, b.child + 1};
+      next_.waiting[next_.waiting_count++] = {next.a, b.child};
     }
   }
   finish(odometer_m);
@@ -441,28 +448,29 @@ bool NearPairs::go_on(std::uint32_t most_visits, double odometer_m, Real least_m
 void NearPairs::take(Found found) noexcept {
   if (is_refining()) {
     refine(found);
-    if (found.gap_m > range_m_) {
-      left_m_ = std::min(left_m_, found.gap_m);
+    if (found.gap_m > next_.range_m) {
+      next_.left_m = std::min(next_.left_m, found.gap_m);
       return;
     }
   }
-  if (found_.push(found)) {
-    if (found_.size() == found_.capacity()) std::make_heap(found_.begin(), found_.end(), is_nearer);
+  if (next_.found.push(found)) {
+    if (next_.found.size() == next_.found.capacity())
+      std::make_heap(next_.found.begin(), next_.found.end(), is_nearer);
     return;
   }
-  leaves_pairs_ = true;
-  const Found farthest = found_[0];
+  next_.leaves_pairs = true;
+  const Found farthest = next_.found[0];
   const bool has_farther = farthest.rank_m > found.rank_m;
   if (is_refining()) {
     leave_out(has_farther ? farthest : found);
   } else {
-    left_m_ = std::min(left_m_, has_farther ? farthest.rank_m : found.rank_m);
-    range_m_ = std::min(range_m_, farthest.rank_m);
+    next_.left_m = std::min(next_.left_m, has_farther ? farthest.rank_m : found.rank_m);
+    next_.range_m = std::min(next_.range_m, farthest.rank_m);
   }
   if (!has_farther) return;
-  std::pop_heap(found_.begin(), found_.end(), is_nearer);
-  found_[found_.size() - 1] = found;
-  std::push_heap(found_.begin(), found_.end(), is_nearer);
+  std::pop_heap(next_.found.begin(), next_.found.end(), is_nearer);
+  next_.found[next_.found.size() - 1] = found;
+  std::push_heap(next_.found.begin(), next_.found.end(), is_nearer);
 }
 
 /// A pair that has no slot, as a group of its own.
@@ -474,9 +482,9 @@ LeftOut NearPairs::left_out_of(const Found& found) const noexcept {
   left.normal_w = n;
   left.reach_m = static_cast<Real>(scene_->pieces()[piece].reach_m) * (1 + kRealEpsilon);
   left.gap_m = found.along_m;
-  left.moment_m = (at_[0].p.r_wa * spheres_[piece].centre).cross(n);
+  left.moment_m = (next_.at[0].p.r_wa * pieces_.spheres[piece].centre).cross(n);
   left.moment_spread_m =
-      spheres_[piece].radius_m * across + Vec3::Constant(16 * kRealEpsilon * left.reach_m);
+      pieces_.spheres[piece].radius_m * across + Vec3::Constant(16 * kRealEpsilon * left.reach_m);
   return left;
 }
 
@@ -484,7 +492,7 @@ LeftOut NearPairs::left_out_of(const Found& found) const noexcept {
 /// same direction.
 void NearPairs::leave_out(const Found& found) noexcept {
   if (!may_leave_out() || found.normal_w.isZero(0)) {
-    left_m_ = std::min(left_m_, found.gap_m);
+    next_.left_m = std::min(next_.left_m, found.gap_m);
     return;
   }
   LeftOut next = left_out_of(found);
@@ -497,31 +505,31 @@ void NearPairs::leave_out(const Found& found) noexcept {
   const auto best_for = [&](const LeftOut& group, std::uint32_t count) {
     Joint best;
     for (std::uint32_t k = 0; k < count; ++k) {
-      const LeftOut both = joined(leaving_[k], group);
-      const Real room_m = std::max(both.gap_m, kLeastJoinRoom * range_m_);
+      const LeftOut both = joined(next_.leaving[k], group);
+      const Real room_m = std::max(both.gap_m, kLeastJoinRoom * next_.range_m);
       const Real cost = both.spread.squaredNorm() / (room_m * room_m);
       if (cost < best.cost) best = {k, cost};
     }
     return best;
   };
-  Joint best = best_for(next, leaving_.size());
+  Joint best = best_for(next, next_.leaving.size());
   const bool is_known =
-      leaving_.size() > 0 &&
-      joined(leaving_[best.into], next).spread.squaredNorm() <= kSameDirection * kSameDirection;
-  if (!is_known && leaving_.push(next)) return;
+      next_.leaving.size() > 0 && joined(next_.leaving[best.into], next).spread.squaredNorm() <=
+                                      kSameDirection * kSameDirection;
+  if (!is_known && next_.leaving.push(next)) return;
   // A list that is finished has no more visits to spend.
-  if (!is_known && begun_) {
-    visited_ += kJoinVisits;
-    std::uint32_t freed = leaving_.size();
-    for (std::uint32_t k = 1; k < leaving_.size(); ++k) {
-      const Joint other = best_for(leaving_[k], k);
+  if (!is_known && next_.begun) {
+    next_.visited += kJoinVisits;
+    std::uint32_t freed = next_.leaving.size();
+    for (std::uint32_t k = 1; k < next_.leaving.size(); ++k) {
+      const Joint other = best_for(next_.leaving[k], k);
       if (!(other.cost < best.cost)) continue;
       best = other;
       freed = k;
     }
-    if (freed < leaving_.size()) std::swap(next, leaving_[freed]);
+    if (freed < next_.leaving.size()) std::swap(next, next_.leaving[freed]);
   }
-  leaving_[best.into] = joined(leaving_[best.into], next);
+  next_.leaving[best.into] = joined(next_.leaving[best.into], next);
 }
 
 void NearPairs::follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
@@ -530,71 +538,72 @@ void NearPairs::follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept {
 
 /// The list that was begun takes the place of the one before.
 void NearPairs::finish(double odometer_m) noexcept {
-  begun_ = false;
-  least_share_ = at_[0].least_share;
-  overflowed_ = leaves_pairs_;
-  list_ += 1;
-  for (NearPair& pair : pairs_) {
+  next_.begun = false;
+  used_.least_share = next_.at[0].least_share;
+  used_.overflowed = next_.leaves_pairs;
+  used_.number += 1;
+  for (NearPair& pair : pool_.pairs) {
     pair.changed = false;
-    if (pair.pinned) pair.listed = list_;
+    if (pair.pinned) pair.listed = used_.number;
   }
   fill_table();
   std::uint32_t others = 0;  // pairs that have no slot yet come first
-  for (const Found& found : found_) {
+  for (const Found& found : next_.found) {
     const std::uint32_t known = *entry_of(found.pair);
     if (known == 0) {
-      found_[others++] = found;
+      next_.found[others++] = found;
       continue;
     }
-    pairs_[known - 1].gap_m = found.gap_m;
-    pairs_[known - 1].listed = list_;
+    pool_.pairs[known - 1].gap_m = found.gap_m;
+    pool_.pairs[known - 1].listed = used_.number;
   }
   std::uint32_t cursor = 0;
-  for (std::uint32_t k = 0; k < others; ++k) put(found_[k], cursor);
-  listed_.clear();
-  changed_.clear();
-  for (std::uint32_t slot = 0; slot < pairs_.size(); ++slot) {
-    NearPair& pair = pairs_[slot];
+  for (std::uint32_t k = 0; k < others; ++k) put(next_.found[k], cursor);
+  pool_.listed.clear();
+  pool_.changed.clear();
+  for (std::uint32_t slot = 0; slot < pool_.pairs.size(); ++slot) {
+    NearPair& pair = pool_.pairs[slot];
     pair.pinned = false;
-    if (pair.listed == list_) {
-      static_cast<void>(listed_.push(slot));
+    if (pair.listed == used_.number) {
+      static_cast<void>(pool_.listed.push(slot));
     } else if (pair.listed != 0) {
       pair.listed = 0;
       pair.changed = true;
-      static_cast<void>(free_.push(slot));
+      static_cast<void>(pool_.free.push(slot));
     }
-    if (pair.changed) static_cast<void>(changed_.push(slot));
+    if (pair.changed) static_cast<void>(pool_.changed.push(slot));
   }
-  if (left2_ < std::numeric_limits<Real>::max()) {
-    left_m_ = std::min(left_m_, std::sqrt(left2_) - at_[0].rounding_m / least_share_);
+  if (next_.left2 < std::numeric_limits<Real>::max()) {
+    next_.left_m =
+        std::min(next_.left_m, std::sqrt(next_.left2) - next_.at[0].rounding_m / used_.least_share);
   }
-  clear_until_m_ = odometer_m_ + static_cast<double>(left_m_);
+  used_.clear_until_m = next_.odometer_m + static_cast<double>(next_.left_m);
   // The part has gone on since the list was begun.
-  left_out_.clear();
-  const Real since_m = static_cast<Real>(odometer_m - odometer_m_) * (1 + kRealEpsilon);
-  for (LeftOut left : leaving_) {
+  used_.left_out.clear();
+  const Real since_m = static_cast<Real>(odometer_m - next_.odometer_m) * (1 + kRealEpsilon);
+  for (LeftOut left : next_.leaving) {
     left.gap_m -= since_m;
     left.moment_spread_m += Vec3::Constant(since_m);
-    static_cast<void>(left_out_.push(left));
+    static_cast<void>(used_.left_out.push(left));
   }
 }
 
 /// Puts a pair into a free slot, or that of a pair which is not in the list any more.
 void NearPairs::put(const Found& found, std::uint32_t& cursor) noexcept {
   std::uint32_t slot = kNoSlot;
-  if (!free_.empty()) {
-    slot = free_[free_.size() - 1];
-    free_.truncate(free_.size() - 1);
+  if (!pool_.free.empty()) {
+    slot = pool_.free[pool_.free.size() - 1];
+    pool_.free.truncate(pool_.free.size() - 1);
   } else {
-    while (cursor < pairs_.size() && pairs_[cursor].listed == list_) ++cursor;
-    if (cursor < pairs_.size()) slot = cursor;
+    while (cursor < pool_.pairs.size() && pool_.pairs[cursor].listed == used_.number) ++cursor;
+    if (cursor < pool_.pairs.size()) slot = cursor;
   }
   if (slot == kNoSlot) {  // pairs that must stay have left no room
-    overflowed_ = true;
+    used_.overflowed = true;
     leave_out(found);
     return;
   }
-  pairs_[slot] = {found.pair, found.gap_m, list_, true, false};
+  pool_.pairs[slot] = {found.pair, found.gap_m, used_.number, true, false};
 }
 
 }  // namespace haptic

@@ -76,7 +76,7 @@ class NearPairs {
   /// meanwhile.
   void begin(const GripPose& p, double odometer_m, Real range_m, Real least_share = 1,
              Real radius_m = 0) noexcept;
-  [[nodiscard]] bool is_begun() const noexcept { return begun_; }
+  [[nodiscard]] bool is_begun() const noexcept { return next_.begun; }
   /// Goes on with the list that is begun; true: it is finished and takes the place of the one
   /// before. Pairs of that which are in this one keep their slots; `changed` tells the slots that
   /// hold another pair than before, or none any more. `odometer_m`: now. Where there are more pairs
@@ -87,7 +87,9 @@ class NearPairs {
   /// heap's height for each pair that there is no room for; at the end once all slots. The faces of
   /// one pair may come on top of `most_visits`.
   [[nodiscard]] bool go_on(std::uint32_t most_visits, double odometer_m, Real least_m) noexcept;
-  [[nodiscard]] std::span<const std::uint32_t> changed() const noexcept { return changed_.view(); }
+  [[nodiscard]] std::span<const std::uint32_t> changed() const noexcept {
+    return pool_.changed.view();
+  }
   /// Of a scene whose facets are screened (proxy/facet_screen.hpp) there are no lists: pairs come
   /// and go one by one.
   [[nodiscard]] bool has(std::uint32_t piece_a, std::uint32_t piece_b) const noexcept {
@@ -102,41 +104,44 @@ class NearPairs {
   static constexpr std::uint32_t kNoSlot = UINT32_MAX;
 
   /// The pair of this slot stays in the next list, however far it is.
-  void pin(std::uint32_t slot) noexcept { pairs_[slot].pinned = true; }
+  void pin(std::uint32_t slot) noexcept { pool_.pairs[slot].pinned = true; }
 
   /// There may be such pairs: of a scene of solids with more pairs than slots.
   [[nodiscard]] bool may_leave_out() const noexcept {
-    return kSceneTraits.many_pairs && left_out_.capacity() > 0;
+    return kSceneTraits.many_pairs && used_.left_out.capacity() > 0;
   }
   /// The list had no slot for a pair within the range that it was asked for.
-  [[nodiscard]] bool overflowed() const noexcept { return overflowed_; }
+  [[nodiscard]] bool overflowed() const noexcept { return used_.overflowed; }
   /// The part has moved by so much.
   void follow(const Vec3& dx_m, const Vec3& dtheta_rad) noexcept;
   /// Pairs near the part that the list has no slot for.
   [[nodiscard]] std::span<const LeftOut> left_out() const noexcept {
-    return may_leave_out() ? left_out_.view() : std::span<const LeftOut>{};
+    return may_leave_out() ? used_.left_out.view() : std::span<const LeftOut>{};
   }
   [[nodiscard]] std::span<LeftOut> left_out() noexcept {
-    return may_leave_out() ? std::span{left_out_.begin(), left_out_.size()} : std::span<LeftOut>{};
+    return may_leave_out() ? std::span{used_.left_out.begin(), used_.left_out.size()}
+                           : std::span<LeftOut>{};
   }
 
   /// Of the list that is begun, and of the one in use.
-  [[nodiscard]] Real begun_share() const noexcept { return at_[0].least_share; }
-  [[nodiscard]] Real least_share() const noexcept { return least_share_; }
+  [[nodiscard]] Real begun_share() const noexcept { return next_.at[0].least_share; }
+  [[nodiscard]] Real least_share() const noexcept { return used_.least_share; }
   /// What a motion may still be before a pair that is not in the list touches, by the odometer of
   /// the list [m].
   [[nodiscard]] Real unlisted_m(double odometer_m) const noexcept {
-    return static_cast<Real>(clear_until_m_ - odometer_m);
+    return static_cast<Real>(used_.clear_until_m - odometer_m);
   }
   /// The slots in use.
-  [[nodiscard]] std::span<const std::uint32_t> slots() const noexcept { return listed_.view(); }
+  [[nodiscard]] std::span<const std::uint32_t> slots() const noexcept {
+    return pool_.listed.view();
+  }
   [[nodiscard]] const NearPair& operator[](std::uint32_t slot) const noexcept {
-    return pairs_[slot];
+    return pool_.pairs[slot];
   }
   /// Nodes of the two trees that the list has looked at so far, each with one of the other.
-  [[nodiscard]] std::uint32_t visited() const noexcept { return visited_; }
+  [[nodiscard]] std::uint32_t visited() const noexcept { return next_.visited; }
   [[nodiscard]] bool holds(std::uint32_t slot) const noexcept {
-    return pairs_[slot].listed == list_;
+    return pool_.pairs[slot].listed == used_.number;
   }
 
  private:
@@ -177,9 +182,9 @@ class NearPairs {
   void refine(Found& found) noexcept;
   void ask_edges(Found& found, const PairView& view, const Vec3& y_w) noexcept;
   void refine_next() noexcept;
-  [[nodiscard]] bool is_refining() const noexcept { return may_leave_out() && refining_; }
+  [[nodiscard]] bool is_refining() const noexcept { return may_leave_out() && next_.refining; }
   [[nodiscard]] bool has_to_refine() const noexcept {
-    return is_refining() && refined_ < found_.size();
+    return is_refining() && next_.refined < next_.found.size();
   }
   [[nodiscard]] LeftOut left_out_of(const Found& found) const noexcept;
   void leave_out(const Found& found) noexcept;
@@ -196,37 +201,52 @@ class NearPairs {
                                Real& gap_m) noexcept;
   [[nodiscard]] const PieceBox& box_w(std::uint32_t node_a) noexcept;
 
-  const SceneView* scene_ = nullptr;
-  PieceTree tree_a_, tree_b_;
-  std::span<PieceSphere> spheres_;            ///< of all pieces
-  std::span<PieceBox> boxes_;                 ///< of all pieces, where some are facets
-  std::span<FlatPiece> flat_;                 ///< the same
-  std::span<NearPair> pairs_;                 ///< by slot
-  BoundedList<std::uint32_t> listed_, free_;  ///< slots
-  BoundedList<std::uint32_t> changed_;
-  std::span<std::uint32_t> table_;  ///< slot + 1 by pair, open addressing; 0: none
-  std::uint64_t list_ = 0;          ///< counts the lists
-  double clear_until_m_ = 0;        ///< reading at which a pair that is not in it may touch
-  BoundedList<LeftOut> left_out_;   ///< of it, where a scene has more pairs than slots
-  bool overflowed_ = false;         ///< it had no slot for a pair within its range
-  Real least_share_ = 1;            ///< of its range
+  /// Pieces of the scene.
+  struct Pieces {
+    PieceTree tree_a, tree_b;
+    std::span<PieceSphere> spheres;  ///< of all
+    std::span<PieceBox> boxes;       ///< of all, where some are facets
+    std::span<FlatPiece> flat;       ///< the same
+  };
+  /// The slots, between lists.
+  struct SlotPool {
+    std::span<NearPair> pairs;                ///< by slot
+    BoundedList<std::uint32_t> listed, free;  ///< slots
+    BoundedList<std::uint32_t> changed;       ///< by the last list
+    std::span<std::uint32_t> table;           ///< slot + 1 by pair, open addressing; 0: none
+  };
+  /// The list in use.
+  struct UsedList {
+    std::uint64_t number = 0;       ///< counts the lists
+    double clear_until_m = 0;       ///< reading at which a pair that is not in it may touch
+    BoundedList<LeftOut> left_out;  ///< where a scene has more pairs than slots
+    bool overflowed = false;        ///< it had no slot for a pair within its range
+    Real least_share = 1;           ///< of its range
+  };
+  /// The list that is begun.
+  struct NextList {
+    bool begun = false;           ///< there is one
+    std::uint64_t number = 0;     ///< counts those that were begun
+    std::span<Place> at;          ///< one: where
+    std::span<PlacedBox> placed;  ///< by node of A, where some pieces are facets
+    double odometer_m = 0;        ///< there
+    Real range_m = 0;
+    Real left_m = 0, left2 = 0;  ///< nearest pair that is not in it; squared, of those by boxes
+    std::span<NodePair> waiting;
+    std::uint32_t waiting_count = 0;
+    std::uint32_t visited = 0;
+    BoundedList<Found> found;  ///< once full a heap with the farthest on its top
+    BoundedList<LeftOut> leaving;
+    bool refining = false;      ///< there are more than slots: gaps are asked along faces
+    bool leaves_pairs = false;  ///< for want of slots
+    std::uint32_t refined = 0;  ///< of `found`
+  };
 
-  // The list that is begun.
-  bool begun_ = false;
-  std::span<Place> at_;          ///< one: where
-  std::span<PlacedBox> placed_;  ///< by node of A, where some pieces are facets
-  double odometer_m_ = 0;        ///< there
-  Real range_m_ = 0;
-  std::uint64_t begun_lists_ = 0;
-  Real left_m_ = 0, left2_ = 0;  ///< nearest pair that is not in it; squared, of those by boxes
-  std::span<NodePair> waiting_;
-  std::uint32_t waiting_count_ = 0;
-  std::uint32_t visited_ = 0;
-  BoundedList<Found> found_;  ///< once full a heap with the farthest on its top
-  BoundedList<LeftOut> leaving_;
-  bool refining_ = false;      ///< there are more than slots: gaps are asked along faces
-  bool leaves_pairs_ = false;  ///< for want of slots
-  std::uint32_t refined_ = 0;  ///< of `found_`
+  const SceneView* scene_ = nullptr;
+  Pieces pieces_;
+  SlotPool pool_;
+  UsedList used_;
+  NextList next_;
 };
 
 }  // namespace haptic

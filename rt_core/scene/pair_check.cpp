@@ -121,33 +121,33 @@ RtStatus check_marks(const PairView& pair) noexcept {
 /// Pairs come in the order of their pieces, those of A first. All of them do but where a workspace
 /// is given: then those that it never brings together are missing.
 RtStatus SceneView::check_place(std::uint32_t index) const noexcept {
-  const PairRecord& r = pairs_[index];
+  const PairRecord& r = graph_.pairs[index];
   const std::uint32_t moving = bodies_[0].piece_count;
-  const auto statics = static_cast<std::uint32_t>(pieces_.size()) - moving;
+  const auto statics = static_cast<std::uint32_t>(tables_.pieces.size()) - moving;
   if ((parameters_->envelope.given & kWorkspaceGiven) == 0) {
-    if (pairs_.size() != std::uint64_t{moving} * statics) return RtStatus::kBlobBadCount;
+    if (graph_.pairs.size() != std::uint64_t{moving} * statics) return RtStatus::kBlobBadCount;
     return r.piece_a == index / statics && r.piece_b == moving + index % statics
                ? RtStatus::kOk
                : RtStatus::kBlobBadIndex;
   }
-  if (r.piece_a >= moving || r.piece_b < moving || r.piece_b >= pieces_.size())
+  if (r.piece_a >= moving || r.piece_b < moving || r.piece_b >= tables_.pieces.size())
     return RtStatus::kBlobBadIndex;
   if (index == 0) return RtStatus::kOk;
-  const PairRecord& before = pairs_[index - 1];
+  const PairRecord& before = graph_.pairs[index - 1];
   const bool ascends =
       before.piece_a < r.piece_a || (before.piece_a == r.piece_a && before.piece_b < r.piece_b);
   return ascends ? RtStatus::kOk : RtStatus::kBlobBadIndex;
 }
 
 RtStatus SceneView::check_pairs(SceneFault& fault) const noexcept {
-  for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
+  for (std::uint32_t i = 0; i < tables_.pieces.size(); ++i) {
     fault = {SectionId::kPieces, i};
-    if (pieces_[i].mark_begin != kNotMarked) return RtStatus::kBlobBadCount;
+    if (tables_.pieces[i].mark_begin != kNotMarked) return RtStatus::kBlobBadCount;
   }
   fault = {SectionId::kPairs, 0};
-  if (pairs_.empty()) return RtStatus::kBlobBadCount;
+  if (graph_.pairs.empty()) return RtStatus::kBlobBadCount;
   std::uint64_t stored_nodes = 0, mark_words = 0;
-  for (std::uint32_t i = 0; i < pairs_.size(); ++i) {
+  for (std::uint32_t i = 0; i < graph_.pairs.size(); ++i) {
     fault.index = i;
     const RtStatus status = check_pair(i, stored_nodes, mark_words);
     if (status != RtStatus::kOk) return status;
@@ -160,31 +160,31 @@ RtStatus SceneView::check_pairs(SceneFault& fault) const noexcept {
 RtStatus SceneView::check_formed_pairs(SceneFault& fault) const noexcept {
   fault = {SectionId::kPairs, 0};
   const std::uint32_t moving = bodies_[0].piece_count;
-  if (!pairs_.empty() || !nodes_.empty() || neighbor_begin_.size() != 1 ||
-      neighbor_begin_[0] != 0 || neighbor_count_ != 0) {
+  if (!graph_.pairs.empty() || !graph_.nodes.empty() || graph_.neighbor_begin.size() != 1 ||
+      graph_.neighbor_begin[0] != 0 || graph_.neighbor_count != 0) {
     return RtStatus::kBlobBadCount;
   }
-  const PieceRecord a = largest_counts(pieces_.first(moving));
-  const PieceRecord b = largest_counts(pieces_.subspan(moving));
+  const PieceRecord a = largest_counts(tables_.pieces.first(moving));
+  const PieceRecord b = largest_counts(tables_.pieces.subspan(moving));
   if (basic_contacts(a, b) >= kGraphNotStored) return RtStatus::kBlobBadCount;
   std::uint64_t words = 0;
-  for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
+  for (std::uint32_t i = 0; i < tables_.pieces.size(); ++i) {
     fault = {SectionId::kPieces, i};
-    if (pieces_[i].mark_begin == kNotMarked) continue;
-    if (pieces_[i].mark_begin != words) return RtStatus::kBlobBadCount;
-    const std::uint64_t bits = feature_bits(pieces_[i]);
-    const std::uint64_t* const open = marks_.data() + words;
+    if (tables_.pieces[i].mark_begin == kNotMarked) continue;
+    if (tables_.pieces[i].mark_begin != words) return RtStatus::kBlobBadCount;
+    const std::uint64_t bits = feature_bits(tables_.pieces[i]);
+    const std::uint64_t* const open = graph_.marks.data() + words;
     words += mark_words(bits);
-    if (words > marks_.size()) return RtStatus::kBlobBadCount;
+    if (words > graph_.marks.size()) return RtStatus::kBlobBadCount;
     if (!ends_clean(open, bits) || count_bits(open, 0, bits) == bits)
       return RtStatus::kBlobBadGraph;
   }
-  return words == marks_.size() ? RtStatus::kOk : RtStatus::kBlobBadCount;
+  return words == graph_.marks.size() ? RtStatus::kOk : RtStatus::kBlobBadCount;
 }
 
 RtStatus SceneView::check_pair(std::uint32_t index, std::uint64_t& stored_nodes,
                                std::uint64_t& mark_words) const noexcept {
-  const PairRecord& r = pairs_[index];
+  const PairRecord& r = graph_.pairs[index];
   RtStatus status = check_place(index);
   if (status != RtStatus::kOk) return status;
   const PieceView a = piece(r.piece_a), b = piece(r.piece_b);
@@ -196,23 +196,23 @@ RtStatus SceneView::check_pair(std::uint32_t index, std::uint64_t& stored_nodes,
     if (r.mark_begin != mark_words || r.node_begin != kGraphNotStored)
       return RtStatus::kBlobBadCount;
     mark_words += marks_at(nullptr, r, *a.record, *b.record).word_count();
-    if (mark_words > marks_.size()) return RtStatus::kBlobBadCount;
+    if (mark_words > graph_.marks.size()) return RtStatus::kBlobBadCount;
     status = check_marks(pair(index));
     if (status != RtStatus::kOk) return status;
   }
   if (r.node_begin != kGraphNotStored) {
     if (r.node_begin != stored_nodes) return RtStatus::kBlobBadCount;
     stored_nodes += r.node_count;
-    if (stored_nodes > nodes_.size() || stored_nodes >= neighbor_begin_.size())
+    if (stored_nodes > graph_.nodes.size() || stored_nodes >= graph_.neighbor_begin.size())
       return RtStatus::kBlobBadCount;
-    if (neighbor_begin_[0] != 0) return RtStatus::kBlobBadIndex;
-    status = check_graph(pair(index), n, neighbor_count_, neighbors_wide_);
+    if (graph_.neighbor_begin[0] != 0) return RtStatus::kBlobBadIndex;
+    status = check_graph(pair(index), n, graph_.neighbor_count, graph_.wide);
     if (status != RtStatus::kOk) return status;
   }
-  if (index + 1 == pairs_.size() &&
-      (stored_nodes != nodes_.size() || stored_nodes + 1 != neighbor_begin_.size() ||
-       neighbor_begin_[static_cast<std::size_t>(stored_nodes)] != neighbor_count_ ||
-       mark_words != marks_.size())) {
+  if (index + 1 == graph_.pairs.size() &&
+      (stored_nodes != graph_.nodes.size() || stored_nodes + 1 != graph_.neighbor_begin.size() ||
+       graph_.neighbor_begin[static_cast<std::size_t>(stored_nodes)] != graph_.neighbor_count ||
+       mark_words != graph_.marks.size())) {
     return RtStatus::kBlobBadCount;
   }
   const NodeMarks marks = pair(index).marks;
@@ -231,8 +231,8 @@ RtStatus SceneView::check_capacity() const noexcept {
   const PairIndex most_visits = std::max(PairIndex{1}, pair_count());
   if (stated.max_pair_visits < 1 || stated.max_pair_visits > most_visits)
     return RtStatus::kBlobBadCapacity;
-  SceneCapacity needed =
-      scene_capacity(bodies_, pieces_, pairs_, marks_, stated.max_pair_visits, parameters());
+  SceneCapacity needed = scene_capacity(bodies_, tables_.pieces, graph_.pairs, graph_.marks,
+                                        stated.max_pair_visits, parameters());
   needed.state_bytes = stated.state_bytes;  // HapticCore compares it with what it needs
   return stated == needed ? RtStatus::kOk : RtStatus::kBlobBadCapacity;
 }

@@ -381,7 +381,7 @@ RtStatus check::unit_directions(std::span<const Real> directions, std::uint32_t&
 }
 
 RtStatus SceneView::check_bodies(SceneFault& fault) const noexcept {
-  if (bodies_.size() < 2 || pieces_.size() > kMostPieces) return RtStatus::kBlobBadCount;
+  if (bodies_.size() < 2 || tables_.pieces.size() > kMostPieces) return RtStatus::kBlobBadCount;
   std::uint64_t pieces = 0, planes = 0;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     fault.index = static_cast<std::uint32_t>(b);
@@ -390,13 +390,14 @@ RtStatus SceneView::check_bodies(SceneFault& fault) const noexcept {
       return RtStatus::kBlobBadCount;
     pieces += body.piece_count;
     planes += body.plane_count;
-    if (pieces > pieces_.size() || planes > planes_.size()) return RtStatus::kBlobBadCount;
+    if (pieces > tables_.pieces.size() || planes > tables_.planes.size())
+      return RtStatus::kBlobBadCount;
     if (!check::within(body.name_offset, body.name_bytes, text_.size()))
       return RtStatus::kBlobBadIndex;
     double volume = 0.0;
     for (std::uint32_t i = 0; i < body.piece_count; ++i) {
-      if (pieces_[body.piece_begin + i].body != b) return RtStatus::kBlobBadIndex;
-      volume += pieces_[body.piece_begin + i].volume_m3;
+      if (tables_.pieces[body.piece_begin + i].body != b) return RtStatus::kBlobBadIndex;
+      volume += tables_.pieces[body.piece_begin + i].volume_m3;
     }
     for (const double x : body.reference_m) {
       if (!check::is_coordinate(x)) return RtStatus::kBlobBadNumber;
@@ -411,7 +412,7 @@ RtStatus SceneView::check_bodies(SceneFault& fault) const noexcept {
       return RtStatus::kBlobBadNumber;
     }
     for (std::uint32_t i = 0; i < body.plane_count; ++i) {
-      const PlaneRecord& plane = planes_[body.plane_begin + i];
+      const PlaneRecord& plane = tables_.planes[body.plane_begin + i];
       double n2 = 0.0;
       for (const Real x : plane.normal) n2 += static_cast<double>(x) * static_cast<double>(x);
       if (!(check::absolute(n2 - 1.0) < check::kGeometryTolerance) ||
@@ -420,32 +421,33 @@ RtStatus SceneView::check_bodies(SceneFault& fault) const noexcept {
       }
     }
   }
-  return pieces == pieces_.size() && planes == planes_.size() ? RtStatus::kOk
-                                                              : RtStatus::kBlobBadCount;
+  return pieces == tables_.pieces.size() && planes == tables_.planes.size()
+             ? RtStatus::kOk
+             : RtStatus::kBlobBadCount;
 }
 
 /// A facet has a cone for each vertex and edge, behind those of the facets before; other pieces
 /// have none. Facets may share directions.
 RtStatus SceneView::check_cones(std::uint32_t index, std::uint64_t& ranges) const noexcept {
-  const PieceRecord& r = pieces_[index];
+  const PieceRecord& r = tables_.pieces[index];
   if (r.reserved != 0) return RtStatus::kBlobBadNumber;
   if (!is_flat(r)) return r.cone_begin == kNoCones ? RtStatus::kOk : RtStatus::kBlobBadIndex;
   if (r.cone_begin != ranges) return RtStatus::kBlobBadIndex;
   ranges += std::uint64_t{r.vertex_count} + r.edge_count;
-  if (ranges > cone_ranges_.size()) return RtStatus::kBlobBadCount;
+  if (ranges > tables_.cone_ranges.size()) return RtStatus::kBlobBadCount;
   for (std::uint64_t i = r.cone_begin; i < ranges; ++i) {
-    const ConeRange& cone = cone_ranges_[static_cast<std::size_t>(i)];
-    if (!check::within(cone.begin, cone.count, cone_directions_.size() / 3))
+    const ConeRange& cone = tables_.cone_ranges[static_cast<std::size_t>(i)];
+    if (!check::within(cone.begin, cone.count, tables_.cone_directions.size() / 3))
       return RtStatus::kBlobBadIndex;
   }
   return RtStatus::kOk;
 }
 
 RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
-  const PieceRecord& r = pieces_[index];
+  const PieceRecord& r = tables_.pieces[index];
   if (!counts_fit(r)) return RtStatus::kBlobBadCount;
   const bool first = index == 0;
-  const PieceRecord& before = pieces_[first ? 0 : index - 1];
+  const PieceRecord& before = tables_.pieces[first ? 0 : index - 1];
   if (r.vertex_begin != (first ? 0 : before.vertex_begin + before.vertex_count) ||
       r.face_begin != (first ? 0 : before.face_begin + before.face_count) ||
       r.edge_begin != (first ? 0 : before.edge_begin + before.edge_count) ||
@@ -453,25 +455,28 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
       r.lane_begin != (first ? 0 : before.lane_begin + 3 * before.lane_count)) {
     return RtStatus::kBlobBadCount;
   }
-  const bool last = index + 1 == pieces_.size();
+  const bool last = index + 1 == tables_.pieces.size();
   const std::uint64_t vertices_end = std::uint64_t{r.vertex_begin} + r.vertex_count;
   const std::uint64_t faces_end = std::uint64_t{r.face_begin} + r.face_count;
   const std::uint64_t edges_end = std::uint64_t{r.edge_begin} + r.edge_count;
   const std::uint64_t loops_end = std::uint64_t{r.loop_begin} + r.loop_count;
   const std::uint64_t lanes_end = std::uint64_t{r.lane_begin} + 3 * std::uint64_t{r.lane_count};
-  const bool fits = vertices_end <= vertices_.size() / 3 && faces_end <= faces_.size() &&
-                    edges_end <= edges_.size() && edges_end <= edge_directions_.size() &&
-                    loops_end <= loop_vertices_.size() && loops_end <= loop_edges_.size() &&
-                    vertices_end < vertex_edge_begin_.size() &&
-                    vertices_end <= source_vertices_.size() && lanes_end <= lanes_.size() &&
-                    edges_end <= arcs_.size();
+  const bool fits =
+      vertices_end <= tables_.vertices.size() / 3 && faces_end <= tables_.faces.size() &&
+      edges_end <= tables_.edges.size() && edges_end <= tables_.edge_directions.size() &&
+      loops_end <= tables_.loop_vertices.size() && loops_end <= tables_.loop_edges.size() &&
+      vertices_end < tables_.vertex_edge_begin.size() &&
+      vertices_end <= tables_.source_vertices.size() && lanes_end <= tables_.lanes.size() &&
+      edges_end <= tables_.arcs.size();
   const bool exact =
-      vertices_end == vertices_.size() / 3 && faces_end == faces_.size() &&
-      edges_end == edges_.size() && edges_end == edge_directions_.size() &&
-      loops_end == loop_vertices_.size() && loops_end == loop_edges_.size() &&
-      vertices_end + 1 == vertex_edge_begin_.size() && vertices_end == source_vertices_.size() &&
-      lanes_end == lanes_.size() && edges_end == arcs_.size() &&
-      vertex_edge_begin_[static_cast<std::size_t>(vertices_end)] == vertex_edges_.size();
+      vertices_end == tables_.vertices.size() / 3 && faces_end == tables_.faces.size() &&
+      edges_end == tables_.edges.size() && edges_end == tables_.edge_directions.size() &&
+      loops_end == tables_.loop_vertices.size() && loops_end == tables_.loop_edges.size() &&
+      vertices_end + 1 == tables_.vertex_edge_begin.size() &&
+      vertices_end == tables_.source_vertices.size() && lanes_end == tables_.lanes.size() &&
+      edges_end == tables_.arcs.size() &&
+      tables_.vertex_edge_begin[static_cast<std::size_t>(vertices_end)] ==
+          tables_.vertex_edges.size();
   if (!fits || (last && !exact)) return RtStatus::kBlobBadCount;
   const PieceView p = piece(index);
   if (p.vertex_edge_begin[0] != (first ? 0 : 2 * std::uint64_t{r.edge_begin}))
@@ -499,7 +504,7 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
   }
   status = check_apexes(p, scale);
   if (status != RtStatus::kOk) return status;
-  status = check_vertex_edges(p, vertex_edges_.size());
+  status = check_vertex_edges(p, tables_.vertex_edges.size());
   if (status != RtStatus::kOk) return status;
   status = check_measures(p, scale);
   if (status != RtStatus::kOk) return status;

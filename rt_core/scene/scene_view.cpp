@@ -167,34 +167,34 @@ RtStatus SceneView::bind(std::span<const std::byte> blob) noexcept {
   if (found[0]->count != 1) return RtStatus::kBlobBadCount;
   parameters_ = table<SceneParameters>(blob, *found[0]).data();
   bodies_ = table<BodyRecord>(blob, *found[1]);
-  planes_ = table<PlaneRecord>(blob, *found[2]);
-  pieces_ = table<PieceRecord>(blob, *found[3]);
-  vertices_ = {reinterpret_cast<const Real*>(blob.data() + found[4]->offset),
-               static_cast<std::size_t>(3 * found[4]->count)};
-  faces_ = table<FaceRecord>(blob, *found[5]);
-  loop_vertices_ = table<std::uint16_t>(blob, *found[6]);
-  loop_edges_ = table<std::uint16_t>(blob, *found[7]);
-  edges_ = table<EdgeRecord>(blob, *found[8]);
-  edge_directions_ = table<EdgeDirection>(blob, *found[9]);
-  vertex_edge_begin_ = table<std::uint32_t>(blob, *found[10]);
-  vertex_edges_ = table<std::uint16_t>(blob, *found[11]);
-  pairs_ = table<PairRecord>(blob, *found[12]);
-  nodes_ = table<NodeRecord>(blob, *found[13]);
-  neighbor_begin_ = table<std::uint32_t>(blob, *found[14]);
-  neighbors_ = section_bytes(blob, *found[15]);
-  neighbor_count_ = found[15]->count;
-  neighbors_wide_ = found[15]->element_bytes == sizeof(std::uint32_t);
-  source_vertices_ = table<std::int32_t>(blob, *found[16]);
+  tables_.planes = table<PlaneRecord>(blob, *found[2]);
+  tables_.pieces = table<PieceRecord>(blob, *found[3]);
+  tables_.vertices = {reinterpret_cast<const Real*>(blob.data() + found[4]->offset),
+                      static_cast<std::size_t>(3 * found[4]->count)};
+  tables_.faces = table<FaceRecord>(blob, *found[5]);
+  tables_.loop_vertices = table<std::uint16_t>(blob, *found[6]);
+  tables_.loop_edges = table<std::uint16_t>(blob, *found[7]);
+  tables_.edges = table<EdgeRecord>(blob, *found[8]);
+  tables_.edge_directions = table<EdgeDirection>(blob, *found[9]);
+  tables_.vertex_edge_begin = table<std::uint32_t>(blob, *found[10]);
+  tables_.vertex_edges = table<std::uint16_t>(blob, *found[11]);
+  graph_.pairs = table<PairRecord>(blob, *found[12]);
+  graph_.nodes = table<NodeRecord>(blob, *found[13]);
+  graph_.neighbor_begin = table<std::uint32_t>(blob, *found[14]);
+  graph_.neighbors = section_bytes(blob, *found[15]);
+  graph_.neighbor_count = found[15]->count;
+  graph_.wide = found[15]->element_bytes == sizeof(std::uint32_t);
+  tables_.source_vertices = table<std::int32_t>(blob, *found[16]);
   text_ = section_bytes(blob, *found[17]);
-  lanes_ = table<Real>(blob, *found[18]);
-  arcs_ = table<EdgeArc>(blob, *found[19]);
-  if (found[20] != nullptr) marks_ = table<std::uint64_t>(blob, *found[20]);
-  if (found[22] != nullptr) cone_ranges_ = table<ConeRange>(blob, *found[22]);
+  tables_.lanes = table<Real>(blob, *found[18]);
+  tables_.arcs = table<EdgeArc>(blob, *found[19]);
+  if (found[20] != nullptr) graph_.marks = table<std::uint64_t>(blob, *found[20]);
+  if (found[22] != nullptr) tables_.cone_ranges = table<ConeRange>(blob, *found[22]);
   if (found[23] != nullptr) {
-    cone_directions_ = {reinterpret_cast<const Real*>(blob.data() + found[23]->offset),
-                        static_cast<std::size_t>(3 * found[23]->count)};
+    tables_.cone_directions = {reinterpret_cast<const Real*>(blob.data() + found[23]->offset),
+                               static_cast<std::size_t>(3 * found[23]->count)};
   }
-  facets_ = haptic::has_facets(pieces_);
+  facets_ = haptic::has_facets(tables_.pieces);
   return RtStatus::kOk;
 }
 
@@ -242,16 +242,16 @@ RtStatus SceneView::check_tables(SceneFault& fault) const noexcept {
   status = check_guide(fault);
   if (status != RtStatus::kOk) return status;
   fault = {SectionId::kConeDirections, 0};
-  status = check::unit_directions(cone_directions_, fault.index);
+  status = check::unit_directions(tables_.cone_directions, fault.index);
   if (status != RtStatus::kOk) return status;
   std::uint64_t cones = 0;
-  for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
+  for (std::uint32_t i = 0; i < tables_.pieces.size(); ++i) {
     fault = {SectionId::kPieces, i};
     status = check_cones(i, cones);
     if (status == RtStatus::kOk) status = check_piece(i);
     if (status != RtStatus::kOk) return status;
   }
-  if (cones != cone_ranges_.size()) return RtStatus::kBlobBadCount;
+  if (cones != tables_.cone_ranges.size()) return RtStatus::kBlobBadCount;
   status = lists_pairs() ? check_pairs(fault) : check_formed_pairs(fault);
   if (status != RtStatus::kOk) return status;
   fault = {SectionId{0}, 0};
@@ -304,28 +304,28 @@ RtStatus SceneView::check_guide(SceneFault& fault) const noexcept {
 }
 
 PieceView SceneView::piece(std::uint32_t index) const noexcept {
-  const PieceRecord& r = pieces_[index];
+  const PieceRecord& r = tables_.pieces[index];
   PieceView v;
   v.record = &r;
-  v.vertices = vertices_.data() + 3 * std::size_t{r.vertex_begin};
-  v.faces = faces_.data() + r.face_begin;
-  v.edges = edges_.data() + r.edge_begin;
-  v.edge_directions = edge_directions_.data() + r.edge_begin;
-  v.lanes = lanes_.data() + r.lane_begin;
-  v.arcs = arcs_.data() + r.edge_begin;
-  v.vertex_edge_begin = vertex_edge_begin_.data() + r.vertex_begin;
-  v.vertex_edges = vertex_edges_.data();
-  v.loop_vertices = loop_vertices_.data();
-  v.loop_edges = loop_edges_.data();
-  v.planes = planes_.data() + bodies_[r.body].plane_begin;
-  v.source_vertices = source_vertices_.data() + r.vertex_begin;
+  v.vertices = tables_.vertices.data() + 3 * std::size_t{r.vertex_begin};
+  v.faces = tables_.faces.data() + r.face_begin;
+  v.edges = tables_.edges.data() + r.edge_begin;
+  v.edge_directions = tables_.edge_directions.data() + r.edge_begin;
+  v.lanes = tables_.lanes.data() + r.lane_begin;
+  v.arcs = tables_.arcs.data() + r.edge_begin;
+  v.vertex_edge_begin = tables_.vertex_edge_begin.data() + r.vertex_begin;
+  v.vertex_edges = tables_.vertex_edges.data();
+  v.loop_vertices = tables_.loop_vertices.data();
+  v.loop_edges = tables_.loop_edges.data();
+  v.planes = tables_.planes.data() + bodies_[r.body].plane_begin;
+  v.source_vertices = tables_.source_vertices.data() + r.vertex_begin;
   v.vertex_count = r.vertex_count;
   v.face_count = r.face_count;
   v.edge_count = r.edge_count;
   v.lane_count = r.lane_count;
   if (is_flat(r)) {
-    v.cones = cone_ranges_.data() + r.cone_begin;
-    v.cone_directions = cone_directions_.data();
+    v.cones = tables_.cone_ranges.data() + r.cone_begin;
+    v.cone_directions = tables_.cone_directions.data();
   }
   return v;
 }
@@ -337,37 +337,37 @@ PairView SceneView::pair(PairIndex index) const noexcept {
   v.a = piece(r.piece_a);
   v.b = piece(r.piece_b);
   if (!lists_pairs()) {
-    v.marks = marks_of_pieces(piece_marks(marks_.data(), *v.a.record),
-                              piece_marks(marks_.data(), *v.b.record));
+    v.marks = marks_of_pieces(piece_marks(graph_.marks.data(), *v.a.record),
+                              piece_marks(graph_.marks.data(), *v.b.record));
     return v;
   }
   if (r.mark_begin != kNotMarked) {
-    v.marks = marks_at(marks_.data() + r.mark_begin, r, *v.a.record, *v.b.record);
+    v.marks = marks_at(graph_.marks.data() + r.mark_begin, r, *v.a.record, *v.b.record);
   }
   v.graph_stored = r.node_begin != kGraphNotStored;
   if (!v.graph_stored) return v;
-  v.nodes = nodes_.data() + r.node_begin;
-  v.neighbors = {neighbor_begin_.data() + r.node_begin, neighbors_.data(), neighbors_wide_};
+  v.nodes = graph_.nodes.data() + r.node_begin;
+  v.neighbors = {graph_.neighbor_begin.data() + r.node_begin, graph_.neighbors.data(), graph_.wide};
   return v;
 }
 
 PairRecord SceneView::pair_record(PairIndex index) const noexcept {
-  if (lists_pairs()) return pairs_[static_cast<std::size_t>(index)];
+  if (lists_pairs()) return graph_.pairs[static_cast<std::size_t>(index)];
   const auto a = static_cast<std::uint32_t>(index / static_pieces());
   const auto b = bodies_[0].piece_count + static_cast<std::uint32_t>(index % static_pieces());
-  return formed_pair(a, pieces_[a], b, pieces_[b]);
+  return formed_pair(a, tables_.pieces[a], b, tables_.pieces[b]);
 }
 
 PairIndex SceneView::find_pair(std::uint32_t piece_a, std::uint32_t piece_b) const noexcept {
   if (!lists_pairs())
     return PairIndex{piece_a} * static_pieces() + (piece_b - bodies_[0].piece_count);
-  const auto found =
-      std::lower_bound(pairs_.begin(), pairs_.end(), 0, [&](const PairRecord& pair, int) {
+  const auto found = std::lower_bound(
+      graph_.pairs.begin(), graph_.pairs.end(), 0, [&](const PairRecord& pair, int) {
         return pair.piece_a < piece_a || (pair.piece_a == piece_a && pair.piece_b < piece_b);
       });
   const bool is_it =
-      found != pairs_.end() && found->piece_a == piece_a && found->piece_b == piece_b;
-  return is_it ? static_cast<PairIndex>(found - pairs_.begin()) : kNoPair;
+      found != graph_.pairs.end() && found->piece_a == piece_a && found->piece_b == piece_b;
+  return is_it ? static_cast<PairIndex>(found - graph_.pairs.begin()) : kNoPair;
 }
 
 std::string_view SceneView::text(std::uint32_t offset, std::uint32_t bytes) const noexcept {

@@ -168,9 +168,9 @@ class SceneView {
   [[nodiscard]] const SceneHeader& header() const noexcept { return *header_; }
   [[nodiscard]] const SceneParameters& parameters() const noexcept { return *parameters_; }
   [[nodiscard]] std::span<const BodyRecord> bodies() const noexcept { return bodies_; }
-  [[nodiscard]] std::span<const PieceRecord> pieces() const noexcept { return pieces_; }
+  [[nodiscard]] std::span<const PieceRecord> pieces() const noexcept { return tables_.pieces; }
   /// Those that the scene lists (scene/formed_pairs.hpp).
-  [[nodiscard]] std::span<const PairRecord> listed_pairs() const noexcept { return pairs_; }
+  [[nodiscard]] std::span<const PairRecord> listed_pairs() const noexcept { return graph_.pairs; }
   [[nodiscard]] bool lists_pairs() const noexcept {
     return haptic::lists_pairs(*parameters_, bodies_[0].piece_count, static_pieces(), facets_);
   }
@@ -178,7 +178,8 @@ class SceneView {
   [[nodiscard]] bool has_facets() const noexcept { return kSceneTraits.facets && facets_; }
   /// All of them, listed or not.
   [[nodiscard]] PairIndex pair_count() const noexcept {
-    return lists_pairs() ? pairs_.size() : PairIndex{bodies_[0].piece_count} * static_pieces();
+    return lists_pairs() ? graph_.pairs.size()
+                         : PairIndex{bodies_[0].piece_count} * static_pieces();
   }
   [[nodiscard]] PairRecord pair_record(PairIndex index) const noexcept;
   /// Bodies that a simplification changed, ascending; empty: none. Cost: O(sections).
@@ -187,7 +188,7 @@ class SceneView {
   [[nodiscard]] const GuideRecord* guide() const noexcept;
   [[nodiscard]] std::span<const GuideStation> guide_stations() const noexcept;
   /// Words of kNodeMarks; empty where no pair or piece has marks.
-  [[nodiscard]] std::span<const std::uint64_t> marks() const noexcept { return marks_; }
+  [[nodiscard]] std::span<const std::uint64_t> marks() const noexcept { return graph_.marks; }
   [[nodiscard]] std::span<const SectionEntry> sections() const noexcept { return sections_; }
   [[nodiscard]] std::span<const std::byte> blob() const noexcept { return blob_; }
   /// The part never turns: its one orientation is that of parameters().envelope.
@@ -195,7 +196,7 @@ class SceneView {
     return kSceneTraits.is_locked(is_one_orientation(parameters_->envelope));
   }
   /// Stored neighbors have 32 bits, else 16.
-  [[nodiscard]] bool neighbors_wide() const noexcept { return neighbors_wide_; }
+  [[nodiscard]] bool neighbors_wide() const noexcept { return graph_.wide; }
   /// Piece and pair by index; the index must be in range.
   [[nodiscard]] PieceView piece(std::uint32_t index) const noexcept;
   [[nodiscard]] PairView pair(PairIndex index) const noexcept;
@@ -205,7 +206,7 @@ class SceneView {
 
  private:
   [[nodiscard]] std::uint32_t static_pieces() const noexcept {
-    return static_cast<std::uint32_t>(pieces_.size()) - bodies_[0].piece_count;
+    return static_cast<std::uint32_t>(tables_.pieces.size()) - bodies_[0].piece_count;
   }
   [[nodiscard]] RtStatus bind(std::span<const std::byte> blob) noexcept;
   [[nodiscard]] RtStatus check_tables(SceneFault& fault) const noexcept;
@@ -226,34 +227,43 @@ class SceneView {
   [[nodiscard]] RtStatus check_place(std::uint32_t index) const noexcept;
   [[nodiscard]] RtStatus check_capacity() const noexcept;
 
+  /// Tables of all pieces.
+  struct PieceTables {
+    std::span<const PieceRecord> pieces;
+    std::span<const PlaneRecord> planes;
+    std::span<const Real> vertices;  ///< 3 per vertex
+    std::span<const Real> lanes;
+    std::span<const FaceRecord> faces;
+    std::span<const std::uint16_t> loop_vertices, loop_edges;
+    std::span<const EdgeRecord> edges;
+    std::span<const EdgeDirection> edge_directions;
+    std::span<const EdgeArc> arcs;
+    std::span<const std::uint32_t> vertex_edge_begin;
+    std::span<const std::uint16_t> vertex_edges;
+    std::span<const ConeRange> cone_ranges;
+    std::span<const Real> cone_directions;  ///< 3 per direction
+    std::span<const std::int32_t> source_vertices;
+  };
+  /// Tables of the listed pairs and the graphs that are stored.
+  struct GraphTables {
+    std::span<const PairRecord> pairs;
+    std::span<const NodeRecord> nodes;
+    std::span<const std::uint32_t> neighbor_begin;
+    std::span<const std::byte> neighbors;
+    std::uint64_t neighbor_count = 0;
+    bool wide = false;  ///< neighbors have 32 bits
+    std::span<const std::uint64_t> marks;
+  };
+
   std::span<const std::byte> blob_;
   const SceneHeader* header_ = nullptr;
   const SceneParameters* parameters_ = nullptr;
   std::span<const SectionEntry> sections_;
   std::span<const BodyRecord> bodies_;
-  std::span<const PlaneRecord> planes_;
-  std::span<const PieceRecord> pieces_;
-  std::span<const Real> vertices_;  ///< 3 per vertex
-  std::span<const FaceRecord> faces_;
-  std::span<const std::uint16_t> loop_vertices_, loop_edges_;
-  std::span<const EdgeRecord> edges_;
-  std::span<const EdgeDirection> edge_directions_;
-  std::span<const Real> lanes_;
-  std::span<const EdgeArc> arcs_;
-  std::span<const std::uint32_t> vertex_edge_begin_;
-  std::span<const std::uint16_t> vertex_edges_;
-  std::span<const PairRecord> pairs_;
-  std::span<const NodeRecord> nodes_;
-  std::span<const std::uint32_t> neighbor_begin_;
-  std::span<const std::byte> neighbors_;
-  std::uint64_t neighbor_count_ = 0;
-  bool neighbors_wide_ = false;
-  std::span<const std::uint64_t> marks_;
-  std::span<const ConeRange> cone_ranges_;
-  std::span<const Real> cone_directions_;  ///< 3 per direction
-  bool facets_ = false;                    ///< some piece is one
-  std::uint32_t found_sections_ = 0;       ///< bit of each SectionId that the blob has
-  std::span<const std::int32_t> source_vertices_;
+  PieceTables tables_;
+  GraphTables graph_;
+  bool facets_ = false;               ///< some piece is one
+  std::uint32_t found_sections_ = 0;  ///< bit of each SectionId that the blob has
   std::span<const std::byte> text_;
 };
 

@@ -47,7 +47,7 @@ void NearSearch::seed_edge_pair() noexcept {
 
 void NearSearch::search_edges() noexcept {
   PieceKeys& b = bounds_.b;
-  list(b.edges, best_ - relax_edges_ - b.odometer);
+  list(b.edges, best_.value - slack_.edges_m - b.odometer);
   for (std::uint32_t k = 0; k < b.edges.listed; ++k) {
     const std::uint32_t e = b.edges.shortlist[k];
     if (!matters(b, e) || !in_scope(marks_.features.edge_b(e))) continue;
@@ -56,7 +56,7 @@ void NearSearch::search_edges() noexcept {
   }
   if (scratch_.active_b.empty()) return;  // no edge of B, no edge pair
   PieceKeys& a = bounds_.a;
-  list(a.edges, best_ - relax_edges_ - a.odometer);
+  list(a.edges, best_.value - slack_.edges_m - a.odometer);
   for (std::uint32_t k = 0; k < a.edges.listed; ++k) {
     const std::uint32_t e = a.edges.shortlist[k];
     if (!matters(a, e) || !in_scope(marks_.features.edge_a(e))) continue;
@@ -77,7 +77,7 @@ Real NearSearch::bound_edge_b(std::uint32_t e) const noexcept {
   const std::uint32_t v0 = bounds_.b.face_support[edge.face[0]];
   const std::uint32_t v1 = bounds_.b.face_support[edge.face[1]];
   const Real bound = arc_peak(b_.arcs[e], from + pose_.vertex_a(v0));
-  if (v0 == v1 || bound < best_ - relax_edges_) return bound;
+  if (v0 == v1 || bound < best_.value - slack_.edges_m) return bound;
   return arc_peak_of_both(b_.arcs[e], from + pose_.vertex_a(v0), from + pose_.vertex_a(v1));
 }
 
@@ -91,7 +91,7 @@ Real NearSearch::bound_edge_a(std::uint32_t e) const noexcept {
   };
   const Vec3 w0 = from(v0);
   const Real bound = arc_peak(a_.arcs[e], w0);
-  if (v0 == v1 || bound < best_ - relax_edges_) return bound;
+  if (v0 == v1 || bound < best_.value - slack_.edges_m) return bound;
   return arc_peak_of_both(a_.arcs[e], w0, from(v1));
 }
 
@@ -149,20 +149,20 @@ void NearSearch::test_pair(const ActiveEdge& a, const ActiveEdge& b, bool collec
   const Vec3& v = b.direction_w;
   const Real c0 = ConstVec3Map(b.arc->tilt[0]).dot(u), c1 = ConstVec3Map(b.arc->tilt[1]).dot(u);
   const Real least_c = std::min(std::max(c0, -c1), std::max(-c0, c1));
-  if (least_c >= epsilon_ && least_c > tolerance_) return;  // the sine is at most 1
+  if (least_c >= epsilon_ && least_c > slack_.heights_m) return;  // the sine is at most 1
   const Real d0 = ConstVec3Map(a.arc->tilt[0]).dot(b.other_axes);
   const Real d1 = ConstVec3Map(a.arc->tilt[1]).dot(b.other_axes);
   const Real plus = std::max(std::max(c0, -c1), std::max(d0, -d1));
   const Real minus = std::max(std::max(-c0, c1), std::max(-d0, d1));
   const Real height = std::min(plus, minus);
-  if (height >= epsilon_ && height > tolerance_) return;
+  if (height >= epsilon_ && height > slack_.heights_m) return;
   const Vec3 m = u.cross(v);
   const Real sine2 = m.squaredNorm();
-  if (height > tolerance_ && height * height >= epsilon_ * epsilon_ * sine2) return;
+  if (height > slack_.heights_m && height * height >= epsilon_ * epsilon_ * sine2) return;
   const Real sign = plus <= minus ? 1.0_r : -1.0_r;
   const Vec3 w = a.origin_w - b.origin_w;
   const Real g = sign * m.dot(w);
-  const Real least = best_ - epsilon_;
+  const Real least = best_.value - epsilon_;
   const Real square = least * least * sine2;
   if (least >= 0 ? (g <= 0 || g * g <= square) : (g < 0 && g * g >= square)) return;
   take_pair(a, b, {c0, c1, d0, d1, height, std::sqrt(sine2), sign, collect}, m, w);
@@ -171,7 +171,7 @@ void NearSearch::test_pair(const ActiveEdge& a, const ActiveEdge& b, bool collec
 void NearSearch::take_pair(const ActiveEdge& a, const ActiveEdge& b, const PairHeights& h,
                            const Vec3& m, const Vec3& w) noexcept {
   if (h.sine < kParallelSine) return;
-  const bool fits = h.height <= tolerance_;
+  const bool fits = h.height <= slack_.heights_m;
   Vec3 n = (h.sign / h.sine) * m;
   if (fits && h.sine < kLerpSine) {
     const Vec3 between =
@@ -191,7 +191,7 @@ void NearSearch::take_pair(const ActiveEdge& a, const ActiveEdge& b, const PairH
   if (fits) count_pair(node, h);
   if (!h.collect || h.sine < kMinEdgeSine) return;
   if (h.height > 0) node.violation_m = std::max(node.violation_m, rise(node, h, *a.arc, *b.arc));
-  if (f - std::max(node.violation_m, Real{0}) > best_ - epsilon_) collect_edge_pair(node);
+  if (f - std::max(node.violation_m, Real{0}) > best_.value - epsilon_) collect_edge_pair(node);
 }
 
 Real NearSearch::rise(const NearNode& node, const PairHeights& h, const EdgeArc& arc_a,
@@ -223,10 +223,10 @@ Real NearSearch::rise(const NearNode& node, const PairHeights& h, const EdgeArc&
 }
 
 void NearSearch::count_pair(const NearNode& node, const PairHeights& h) noexcept {
-  if (node.f_m <= best_pair_value_ || node.f_m <= best_ - tolerance_) return;
+  if (node.f_m <= best_.pair_value || node.f_m <= best_.value - slack_.heights_m) return;
   SupportPair support{a_.edges[node.i].vertex[0], b_.edges[node.j].vertex[0]};
   Real value = node.f_m;
-  if (h.height > -tolerance_ || h.sine < kWellConditionedSine) {
+  if (h.height > -slack_.heights_m || h.sine < kWellConditionedSine) {
     if (!collects_ && result_.support_pairs == kMaxNearestSupports) {
       result_.flags |= kNearSupportsCut;
       return;
@@ -236,20 +236,20 @@ void NearSearch::count_pair(const NearNode& node, const PairHeights& h) noexcept
     value = std::min(value, gap_along(pose_, node.normal_w, support));
     if (is_live() && !ties(node.f_m, value)) return;  // another node's, which may be hidden
   }
-  if (value <= best_pair_value_) return;
-  best_pair_value_ = value;
-  best_pair_ = node;
-  best_pair_support_ = support;
-  best_ = std::max(best_, value);
+  if (value <= best_.pair_value) return;
+  best_.pair_value = value;
+  best_.pair = node;
+  best_.pair_support = support;
+  best_.value = std::max(best_.value, value);
 }
 
 void NearSearch::collect_edge_pair(const NearNode& node) noexcept {
   if (near_.size() < near_end_ && near_.push(node)) return;
-  if (best_ > compacted_at_) {  // those that have fallen behind make room
-    compacted_at_ = best_;
+  if (best_.value > compacted_at_) {  // those that have fallen behind make room
+    compacted_at_ = best_.value;
     std::uint32_t kept = near_begin_;
     for (std::uint32_t k = near_begin_; k < near_.size(); ++k) {
-      if (near_[k].f_m - std::max(near_[k].violation_m, Real{0}) > best_ - epsilon_) {
+      if (near_[k].f_m - std::max(near_[k].violation_m, Real{0}) > best_.value - epsilon_) {
         near_[kept++] = near_[k];
       }
     }

@@ -15,17 +15,19 @@ void NearSearch::seed_face() noexcept {
 }
 
 void NearSearch::search_faces() noexcept {
-  list(bounds_.b.faces, best_ - relax_b_ - bounds_.b.odometer);
+  list(bounds_.b.faces, best_.value - slack_.faces_b_m - bounds_.b.odometer);
   for (std::uint32_t k = 0; k < bounds_.b.faces.listed; ++k) {
     const std::uint32_t f = bounds_.b.faces.shortlist[k];
     if (f == seed_b_ || !in_scope(marks_.features.face_b(f))) continue;
-    if (bounds_.b.faces.key[f] + bounds_.b.odometer >= best_ - relax_b_) evaluate_face_b(f);
+    if (bounds_.b.faces.key[f] + bounds_.b.odometer >= best_.value - slack_.faces_b_m)
+      evaluate_face_b(f);
   }
-  list(bounds_.a.faces, best_ - relax_a_ - bounds_.a.odometer);
+  list(bounds_.a.faces, best_.value - slack_.faces_a_m - bounds_.a.odometer);
   for (std::uint32_t k = 0; k < bounds_.a.faces.listed; ++k) {
     const std::uint32_t f = bounds_.a.faces.shortlist[k];
     if (f == seed_a_ || !in_scope(marks_.features.face_a(f))) continue;
-    if (bounds_.a.faces.key[f] + bounds_.a.odometer >= best_ - relax_a_) evaluate_face_a(f);
+    if (bounds_.a.faces.key[f] + bounds_.a.odometer >= best_.value - slack_.faces_a_m)
+      evaluate_face_a(f);
   }
 }
 
@@ -61,13 +63,13 @@ void NearSearch::take_face(PieceKeys& keys, std::uint32_t f, std::uint32_t suppo
   store_key(keys, keys.faces.key[f], gap);
   static_cast<void>(scratch_.touched.push({gap, static_cast<std::uint16_t>(f), of_a}));
   if (is_live() && !counts(of_a, f, support, n)) return;
-  Real& best = of_a ? best_gap_a_ : best_gap_b_;
-  std::uint32_t& best_face = of_a ? best_face_a_ : best_face_b_;
+  Real& best = of_a ? best_.gap_a : best_.gap_b;
+  std::uint32_t& best_face = of_a ? best_.face_a : best_.face_b;
   if (gap > best || (gap == best && f < best_face)) {
     best = gap;
     best_face = f;
   }
-  best_ = std::max(best_, gap);
+  best_.value = std::max(best_.value, gap);
 }
 
 bool NearSearch::counts(bool of_a, std::uint32_t f, std::uint32_t support, const Vec3& n) noexcept {
@@ -80,7 +82,7 @@ bool NearSearch::counts(bool of_a, std::uint32_t f, std::uint32_t support, const
   const auto height = [&](std::uint32_t v) {
     return of_a ? n.dot(pose_.vertex_b(v)) : -n.dot(pose_.vertex_a(v));
   };
-  const Real least = height(support) - (of_a ? tie_b_ : tie_a_);
+  const Real least = height(support) - (of_a ? slack_.tie_b_m : slack_.tie_a_m);
   for (const std::uint16_t e : piece.edges_at(support)) {
     if (height(piece.other_end(e, support)) < least) continue;
     for (const std::uint16_t side : piece.edges[e].face) {
@@ -124,7 +126,7 @@ void NearSearch::walk(ContactType type, const TouchedFace& touched, const ValueA
 }
 
 void NearSearch::collect_near_faces() noexcept {
-  const Real least_a = best_ - relax_a_, least_b = best_ - relax_b_;
+  const Real least_a = best_.value - slack_.faces_a_m, least_b = best_.value - slack_.faces_b_m;
   for (const TouchedFace& touched : scratch_.touched) {
     if (touched.gap_m < (touched.of_a ? least_a : least_b)) continue;
     const FeatureNumbering& of = marks_.features;
@@ -133,9 +135,9 @@ void NearSearch::collect_near_faces() noexcept {
       continue;
     }
     if (touched.of_a) {
-      walk_face_a(touched, best_ + epsilon_);
+      walk_face_a(touched, best_.value + epsilon_);
     } else {
-      walk_face_b(touched, best_ + epsilon_);
+      walk_face_b(touched, best_.value + epsilon_);
     }
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Inside of find_near_set: the search of one pair in one tick. Not for inclusion outside
-/// contact/near_*.cpp: near_set.cpp has its order, the proof and the result, near_faces.cpp faces
+/// tracking/near_*.cpp: near_set.cpp has its order, the proof and the result, near_faces.cpp faces
 /// and the nodes on them, near_edges.cpp edges and their pairs.
 
 #include <algorithm>
@@ -76,7 +76,7 @@ class NearSearch {
   void seed_edge_pair() noexcept;
   void search_edges() noexcept;
   [[nodiscard]] bool matters(const PieceKeys& keys, std::uint32_t e) const noexcept {
-    return keys.edges.key[e] + keys.odometer >= best_ - relax_edges_;
+    return keys.edges.key[e] + keys.odometer >= best_.value - slack_.edges_m;
   }
   /// An edge's bound is not computed again before the odometer has gone on by epsilon.
   [[nodiscard]] bool old(const PieceKeys& keys, std::uint32_t e) const noexcept {
@@ -133,11 +133,28 @@ class NearSearch {
   inline void choose_best() noexcept;
   /// Two values differ by rounding alone.
   [[nodiscard]] bool ties(Real l, Real r) const noexcept {
-    return std::abs(l - r) <= tie_a_ + tie_b_;
+    return std::abs(l - r) <= slack_.tie_a_m + slack_.tie_b_m;
   }
   [[nodiscard]] bool is_near(Real f, Real violation) const noexcept {
-    return std::abs(f - best_) + std::max(violation, Real{0}) < epsilon_;
+    return std::abs(f - best_.value) + std::max(violation, Real{0}) < epsilon_;
   }
+
+  /// How far apart values and bounds may be that count as one.
+  struct Slack {
+    Real heights_m;             ///< below it the sign of a height may be rounding
+    Real tie_a_m, tie_b_m;      ///< rounding of a vertex's height over another of A, of B
+    Real edges_m;               ///< how far below D_near the bound of an edge of a near node can be
+    Real faces_a_m, faces_b_m;  ///< the same of the faces of A and B
+  };
+  /// The best values so far [m].
+  struct Best {
+    Real value = kLowest;  ///< L, of all
+    Real gap_a = kLowest, gap_b = kLowest;
+    std::uint32_t face_a = 0, face_b = 0;
+    Real pair_value = kLowest;
+    NearNode pair;
+    SupportPair pair_support;
+  };
 
   const PairPose& pose_;
   const PieceView& a_;
@@ -146,22 +163,14 @@ class NearSearch {
   NodeMarks marks_;
   NodeScope scope_;
   Real epsilon_;
-  Real tolerance_;          ///< of heights: below it a sign may be rounding [m]
-  Real tie_a_, tie_b_;      ///< rounding of a vertex's height over another of A, of B [m]
-  Real relax_edges_;        ///< how far below D_near the bound of an edge of a near node can be [m]
-  Real relax_a_, relax_b_;  ///< the same of the faces of A and B [m]
+  Slack slack_;
   FeatureBounds& bounds_;
   SearchStart& start_;
   NearScratch& scratch_;
   BoundedList<NearNode>& near_;
   std::uint32_t near_begin_, near_end_;
   std::uint32_t seed_a_ = UINT32_MAX, seed_b_ = UINT32_MAX;  ///< faces evaluated as seeds
-  Real best_ = kLowest;                                      ///< L
-  Real best_gap_a_ = kLowest, best_gap_b_ = kLowest;
-  std::uint32_t best_face_a_ = 0, best_face_b_ = 0;
-  Real best_pair_value_ = kLowest;
-  NearNode best_pair_;
-  SupportPair best_pair_support_;
+  Best best_;
   Real compacted_at_ = kLowest;
   bool collects_ = true;
   NearResult result_;

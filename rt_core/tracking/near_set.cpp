@@ -38,12 +38,12 @@ NearSearch::NearSearch(const PairPose& pose, Real epsilon_m, FeatureBounds& boun
       marks_(pose.pair->marks),
       scope_(scope),
       epsilon_(epsilon_m),
-      tolerance_(64 * kRealEpsilon * pose.size_m),
-      tie_a_(height_rounding(*a_.record)),
-      tie_b_(height_rounding(*b_.record)),
-      relax_edges_(2 * epsilon_m),
-      relax_a_(std::min(static_cast<Real>(b_.record->vertex_relax_m), (kMaxRise + 1) * epsilon_m)),
-      relax_b_(std::min(static_cast<Real>(a_.record->vertex_relax_m), (kMaxRise + 1) * epsilon_m)),
+      slack_{64 * kRealEpsilon * pose.size_m,
+             height_rounding(*a_.record),
+             height_rounding(*b_.record),
+             2 * epsilon_m,
+             std::min(static_cast<Real>(b_.record->vertex_relax_m), (kMaxRise + 1) * epsilon_m),
+             std::min(static_cast<Real>(a_.record->vertex_relax_m), (kMaxRise + 1) * epsilon_m)},
       bounds_(bounds),
       start_(is_live() ? bounds.live : bounds.start),
       scratch_(scratch),
@@ -57,8 +57,8 @@ NearSearch::NearSearch(const PairPose& pose, Real epsilon_m, FeatureBounds& boun
 
 NearResult NearSearch::run() noexcept {
   const bool all_stale = bounds_.stale;
-  best_face_a_ = start_.face_a;
-  best_face_b_ = start_.face_b;
+  best_.face_a = start_.face_a;
+  best_.face_b = start_.face_b;
   if (!bounds_.stale && start_.known) {
     if (start_.is_edges) seed_edge_pair();
     seed_face();
@@ -112,45 +112,45 @@ void NearSearch::forget_shortlists() noexcept {
 }
 
 void NearSearch::choose_best() noexcept {
-  result_.d_near_m = best_;
-  if (best_ == kNoDepth) return;
-  const Real best_face = std::max(best_gap_a_, best_gap_b_);
-  const bool is_edges = best_pair_value_ > best_face + tolerance_;
-  const bool is_of_a = !(best_gap_b_ > best_gap_a_ + tolerance_);
+  result_.d_near_m = best_.value;
+  if (best_.value == kNoDepth) return;
+  const Real best_face = std::max(best_.gap_a, best_.gap_b);
+  const bool is_edges = best_.pair_value > best_face + slack_.heights_m;
+  const bool is_of_a = !(best_.gap_b > best_.gap_a + slack_.heights_m);
   start_.is_edges = is_edges;
-  start_.face_a = best_face_a_;
-  start_.face_b = best_face_b_;
+  start_.face_a = best_.face_a;
+  start_.face_b = best_.face_b;
   start_.known = true;
   if (is_edges) {
-    start_.edge_a = best_pair_.i;
-    start_.edge_b = best_pair_.j;
-    result_.best = best_pair_;
-    result_.attained = ties(best_pair_.f_m, best_);
-    result_.support = best_pair_support_;
+    start_.edge_a = best_.pair.i;
+    start_.edge_b = best_.pair.j;
+    result_.best = best_.pair;
+    result_.attained = ties(best_.pair.f_m, best_.value);
+    result_.support = best_.pair_support;
     return;
   }
-  result_.attained = ties(is_of_a ? best_gap_a_ : best_gap_b_, best_);
+  result_.attained = ties(is_of_a ? best_.gap_a : best_.gap_b, best_.value);
   start_.is_of_a = is_of_a;
   NearNode& best = result_.best;
   if (!is_of_a) {
-    const std::uint32_t f = best_face_b_;
+    const std::uint32_t f = best_.face_b;
     const std::uint32_t v = bounds_.b.face_support[f];
     best.type = ContactType::kB;
     best.i = static_cast<std::uint16_t>(v);
     best.j = static_cast<std::uint16_t>(f);
     best.node = numbers_.type_b(v, f);
     best.normal_w = b_.face_normal(f);
-    best.f_m = best_gap_b_;
+    best.f_m = best_.gap_b;
     result_.support = {v, b_.face_vertices(f)[0]};
   } else {
-    const std::uint32_t f = best_face_a_;
+    const std::uint32_t f = best_.face_a;
     const std::uint32_t v = bounds_.a.face_support[f];
     best.type = ContactType::kA;
     best.i = static_cast<std::uint16_t>(f);
     best.j = static_cast<std::uint16_t>(v);
     best.node = numbers_.type_a(f, v);
     best.normal_w = -pose_.normal_a(f);
-    best.f_m = best_gap_a_;
+    best.f_m = best_.gap_a;
     result_.support = {a_.face_vertices(f)[0], v};
   }
 }
