@@ -257,7 +257,6 @@ constexpr SceneCapacity scene_capacity(std::span<const BodyRecord> bodies,
            begun_units(work, near_looks(c.near_slots, parameters.coupling.near_pairs), visits,
                        friction, facets));
   c.max_list_visits = clip(kListVisitsOfUnit * std::uint64_t{parameters.work_units} + visits);
-  c.max_plane_gaps = c.max_valid_nodes = c.max_search_work = c.max_work_units;
   c.max_full_searches = clip(std::min<std::uint64_t>(c.max_work_units, 2 * passes * pair_count));
   const ProgramBounds programs = program_bounds(pair_count, passes, friction);
   c.max_proxy_passes = c.max_proxy_rejected = passes;

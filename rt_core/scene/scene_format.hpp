@@ -18,7 +18,7 @@
 namespace haptic {
 
 inline constexpr char kSceneMagic[8] = {'R', 'T', 'S', 'C', 'E', 'N', 'E', '\0'};
-inline constexpr std::uint32_t kSceneVersion = 12;
+inline constexpr std::uint32_t kSceneVersion = 13;
 inline constexpr std::size_t kSceneAlignment = 64;
 
 /// Limits of the format; the compiler refuses beyond them and SceneView checks them.
@@ -89,17 +89,17 @@ struct SceneCapacity {
   std::uint32_t max_near_nodes;           ///< of all near sets together
   std::uint32_t max_hull_points;          ///< points of one contact polygon
   /// Law kProxy, else 0: pairs near the part that a tick can follow, and units of work that it may
-  /// spend, with what it may have begun when they are spent (scene/proxy_limits.hpp).
+  /// spend, with what it may have begun when they are spent (scene/proxy_limits.hpp): they bound
+  /// gaps along C-face planes, nodes of valid sets and the work of searches too.
   std::uint32_t near_slots, max_work_units;
-  std::uint32_t max_list_visits;  ///< nodes of the trees that lists of near pairs look at
-  /// Of these units: gaps along C-face planes, nodes of valid sets, searches without history.
-  std::uint32_t max_plane_gaps, max_valid_nodes, max_full_searches;
-  std::uint32_t max_search_work;  ///< of those searches: as StepCounters::search_work
+  std::uint32_t max_list_visits;    ///< nodes of the trees that lists of near pairs look at
+  std::uint32_t max_full_searches;  ///< searches without history
   std::uint32_t max_proxy_passes, max_proxy_rejected;
   std::uint32_t max_proxy_rounds;                ///< of one pass
   std::uint32_t max_qp_rows, max_qp_iterations;  ///< of one quadratic program
   std::uint32_t max_qp_programs, max_qp_steps;   ///< programs, and iterations of them all together
   std::uint32_t unproven;                        ///< UnprovenBound, bit set = cannot be defended
+  std::uint32_t reserved;                        ///< 0
 
   friend constexpr bool operator==(const SceneCapacity&, const SceneCapacity&) noexcept = default;
 };
@@ -441,8 +441,8 @@ constexpr std::uint32_t edge_pair_capacity(std::uint64_t edge_pairs) noexcept {
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(kMaxEdgePairs, edge_pairs));
 }
 
-static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 112 &&
-              sizeof(SceneHeader) == 160);
+static_assert(sizeof(SectionEntry) == 24 && sizeof(SceneCapacity) == 104 &&
+              sizeof(SceneHeader) == 152);
 static_assert(sizeof(DeviceParameters) == 168 && sizeof(CouplingParameters) == 112 &&
               sizeof(EnvelopeParameters) == 96 && sizeof(HeldPartParameters) == 104 &&
               sizeof(SceneParameters) == 608);

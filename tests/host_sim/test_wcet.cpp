@@ -265,10 +265,10 @@ TEST_SUITE("host_sim.wcet") {
     has("max_edge_pairs", c.max_edge_pairs);
     has("max_near_nodes", c.max_near_nodes);
     has("max_hull_points", c.max_hull_points);
-    has("max_plane_gaps", c.max_plane_gaps);
-    has("max_valid_nodes", c.max_valid_nodes);
+    has("max_plane_gaps", c.max_work_units);
+    has("max_valid_nodes", c.max_work_units);
     has("max_full_searches", c.max_full_searches);
-    has("max_search_work", c.max_search_work);
+    has("max_search_work", c.max_work_units);
     has("max_proxy_passes", c.max_proxy_passes);
     has("max_proxy_rejected", c.max_proxy_rejected);
     has("max_proxy_rounds", c.max_proxy_rounds);

@@ -190,7 +190,7 @@ TEST_SUITE("rt_core.scene_tables") {
     CHECK(with([](SceneCapacity& c) { c.unproven = 0; }) == RtStatus::kBlobBadCapacity);
     CHECK(with([](SceneCapacity& c) { c.max_edge_pairs += 1; }) == RtStatus::kBlobBadCapacity);
     CHECK(with([](SceneCapacity& c) { c.moving_lanes -= 1; }) == RtStatus::kBlobBadCapacity);
-    for (const auto field : {&SceneCapacity::max_search_work, &SceneCapacity::max_proxy_passes,
+    for (const auto field : {&SceneCapacity::max_full_searches, &SceneCapacity::max_proxy_passes,
                              &SceneCapacity::max_proxy_rejected, &SceneCapacity::max_proxy_rounds,
                              &SceneCapacity::max_qp_rows, &SceneCapacity::max_qp_iterations,
                              &SceneCapacity::max_qp_programs, &SceneCapacity::max_qp_steps}) {

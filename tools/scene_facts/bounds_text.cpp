@@ -100,7 +100,7 @@ std::string bounds_as_text(const SceneFacts& facts) {
   text += line("  support pairs", c.max_support_pairs);
   text += line("  basic contacts in near sets", c.max_near_nodes);
   text += line("  points of a contact polygon", c.max_hull_points);
-  if (c.max_plane_gaps > 0) {
+  if (c.max_work_units > 0) {
     text += line("  units of work", c.max_work_units);
     text += line("  pairs followed", c.near_slots);
     text += line("  passes of the proxy", c.max_proxy_passes);

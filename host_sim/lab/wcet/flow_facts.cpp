@@ -10,7 +10,7 @@ namespace haptic::sim {
 namespace {
 
 // A new field of the header wants a line here.
-static_assert(sizeof(SceneCapacity) == 112);
+static_assert(sizeof(SceneCapacity) == 104);
 
 std::string comment_safe(const std::string& text) {
   std::string safe = text;
@@ -53,10 +53,10 @@ void add_capacity(Facts& facts, const SceneCapacity& c) {
   facts.add("max_work_units", c.max_work_units,
             "law proxy: units of all that follows but programs, with 4 for a step of a program");
   facts.add("max_list_visits", c.max_list_visits, "law proxy: nodes of the trees of pieces");
-  facts.add("max_plane_gaps", c.max_plane_gaps, "law proxy: gaps along C-face planes");
-  facts.add("max_valid_nodes", c.max_valid_nodes, "law proxy: nodes looked at for valid planes");
+  facts.add("max_plane_gaps", c.max_work_units, "law proxy: gaps along C-face planes");
+  facts.add("max_valid_nodes", c.max_work_units, "law proxy: nodes looked at for valid planes");
   facts.add("max_full_searches", c.max_full_searches, "law proxy: searches without history");
-  facts.add("max_search_work", c.max_search_work,
+  facts.add("max_search_work", c.max_work_units,
             "law proxy: faces, edges, edge pairs, support pairs and nodes of those searches");
   facts.add("max_proxy_passes", c.max_proxy_passes, "law proxy: loop over the passes");
   facts.add("max_proxy_rejected", c.max_proxy_rejected, "law proxy: passes that find no step");
