@@ -133,11 +133,11 @@ TEST_SUITE("rt_core.proxy_tight_fits") {
                   {"slot, 0.1 mm", fit(1e-4, false, 0.15)},
                   {"square hole, 10 um", fit(1e-5, true, 0.3)},
                   {"corner", corner(1e-5, 0.6)}};
-    for (const auto& [name, scene] : scenes) {
-      CAPTURE(std::string(name));
+    for (const auto& tried : scenes) {
+      CAPTURE(std::string(tried.name));
       Random random(7);
       for (int stop = 0; stop < 12; ++stop) {
-        ProxyBench bench(scene);
+        ProxyBench bench(tried.scene);
         const auto number = [&] { return random.uniform(-1, 1); };
         const Point to{6e-4 * number(), 6e-4 * number(), 2e-3 * number()};
         const double turn[3] = {0.02 * number(), 0.02 * number(), 0.02 * number()};

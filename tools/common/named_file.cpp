@@ -67,10 +67,10 @@ bool is_windows_path(const std::string& name) {
 }
 
 std::string without_blanks(const std::string& name) {
-  constexpr const char* kBlanks = " \t\r\n\v\f";
-  const std::size_t first = name.find_first_not_of(kBlanks);
+  constexpr const char* kSpaces = " \t\r\n\v\f";
+  const std::size_t first = name.find_first_not_of(kSpaces);
   if (first == std::string::npos) return {};
-  return name.substr(first, name.find_last_not_of(kBlanks) - first + 1);
+  return name.substr(first, name.find_last_not_of(kSpaces) - first + 1);
 }
 
 std::string plain_name(const std::string& name) {
