@@ -17,6 +17,9 @@ if(HAPTIC_BUILD_TOOLS AND HAPTIC_INSTALL AND NOT CMAKE_CXX_FLAGS MATCHES "-fsani
     -DCOMPILER=${CMAKE_CXX_COMPILER} -DFOLDER=${samples}/installed_not_built -P ${checks}/install_not_built.cmake)
   haptic_build_probe(installed.probe_version "the version found is not 0.0.1" ${installed} -DVERSION=0.0.1
     -DFOLDER=${samples}/installed_version -P ${checks}/installed.cmake)
+  # A minute of compiling what a user would.
+  haptic_all_checks(build_checks.installed build_checks.installed.probe_header build_checks.installed.probe_component
+    build_checks.installed.probe_not_built build_checks.installed.probe_version)
 endif()
 
 if(HAPTIC_BUILD_TOOLS)
@@ -75,6 +78,7 @@ if(HAPTIC_BUILD_TOOLS AND HAPTIC_INSTALL AND NOT CMAKE_CXX_FLAGS MATCHES "-fsani
   haptic_build_check(packages ${packages} -DLINTIAN=${HAPTIC_LINTIAN} -DVERSION=${PROJECT_VERSION}
     -P ${checks}/packages.cmake)
   set_tests_properties(build_checks.packages PROPERTIES TIMEOUT 600 FIXTURES_SETUP packages)
+  haptic_all_checks(build_checks.packages)  # a minute of packing
   if(HAPTIC_DPKG_DEB)
     haptic_build_probe(packages.probe_file "haptic-tools: lacks /usr/bin/host_lab" ${packages} -DMADE=ON
       -DVERSION=${PROJECT_VERSION} -DLACKS=bin/host_lab -P ${checks}/packages.cmake)
@@ -86,5 +90,7 @@ if(HAPTIC_BUILD_TOOLS AND HAPTIC_INSTALL AND NOT CMAKE_CXX_FLAGS MATCHES "-fsani
       -DVERSION=${PROJECT_VERSION} -DLACKS_SCRIPT=preinst -P ${checks}/packages.cmake)
     set_tests_properties(build_checks.packages.probe_depends build_checks.packages.probe_file
       build_checks.packages.probe_script build_checks.packages.probe_version PROPERTIES FIXTURES_REQUIRED packages RESOURCE_LOCK packages)
+    haptic_all_checks(build_checks.packages.probe_depends build_checks.packages.probe_file
+      build_checks.packages.probe_script build_checks.packages.probe_version)
   endif()
 endif()

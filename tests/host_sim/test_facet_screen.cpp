@@ -120,7 +120,7 @@ TEST_SUITE("host_sim.facet_screen") {
     Random random(31);
     int steps = 0, close = 0;
     double least_m = kFar_m;
-    const int most = trials(80, 160);
+    const int most = test::trials(80, 160);
     for (int trial = 0; trial < most; ++trial) {
       Vec3 dx_m, dtheta_rad;
       random_step(random, dx_m, dtheta_rad);
