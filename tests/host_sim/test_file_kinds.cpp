@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/all_checks.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_kind.hpp"
@@ -25,6 +26,7 @@ using haptic::sim::test::ProgramResult;
 using haptic::sim::test::run_program;
 using haptic::sim::test::ScratchFolder;
 using haptic::sim::test::text_of_file;
+using haptic::test::all_checks;
 using haptic::tools::FileFormat;
 using haptic::tools::kind_of;
 
@@ -233,12 +235,15 @@ TEST_CASE("a folder of results that holds files of another kind under these name
 TEST_CASE("every output of every program keeps files of other kinds, and replaces its own") {
   const Kinds kinds;
   const std::string out = kinds.at("out");
+  const std::size_t period = all_checks() ? 1 : 4;  // of the kinds that an output meets
+  std::size_t met = 0;
   for (const Output& output : kOutputs) {
     if (output.kind != nullptr && output.kind == std::string_view("page") && !has_page()) continue;
     const std::string words = kinds.words(output.arguments);
     for (const auto& [kind, name] : kinds.all()) {
       const bool own = output.kind != nullptr && kind == output.kind;
       if (own && !output.runs) continue;
+      if (!own && ++met % period != 0) continue;
       INFO(output.program, " ", words, " over ", kind);
       fs::copy_file(kinds.at(name), out, fs::copy_options::overwrite_existing);
       const std::string before = text_of_file(out);
