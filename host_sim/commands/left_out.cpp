@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a host_sim of tools/quickstart does without: the planner, the simulated device and the live
-// view, which are half of its compile time. Each command says so, and how to build the whole
-// program.
+// What a host_sim of tools/quickstart does without: the simulated device, the live view and the
+// commands of the planner, which are half of its compile time. Each command says so, and how to
+// build the whole program.
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
-#include "host_sim/touching/way_in.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -29,9 +28,5 @@ Command add_play_command(CLI::App& program) { return left_out(program, "play"); 
 Command add_run_command(CLI::App& program) { return left_out(program, "run"); }
 Command add_serve_command(CLI::App& program) { return left_out(program, "serve"); }
 Command add_usb_device_command(CLI::App& program) { return left_out(program, "usb-device"); }
-
-WayIn find_way_in(CoreSession&, const WayInLimits&, const TouchProgress&) {
-  return {{}, std::string("no way in was looked for, as that needs the planner: ") + kWhole};
-}
 
 }  // namespace haptic::sim
