@@ -16,6 +16,9 @@ int main(int argc, char** argv) {
   if (argc > 1 && sim::is_laboratory_command(argv[asks ? 2 : 1])) {
     try {
       sim::become_laboratory(argv);
+    } catch (const tools::UsageError& error) {
+      std::fprintf(stderr, "host_sim: %s\n", error.what());
+      return tools::kExitUsage;
     } catch (const std::exception& error) {
       std::fprintf(stderr, "host_sim: %s\n", error.what());
       return tools::kExitDeviceOrOs;

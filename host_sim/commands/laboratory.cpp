@@ -8,6 +8,9 @@
 #include <climits>
 #include <system_error>
 
+#include "tools/common/error.hpp"
+#include "tools/common/left_out.hpp"
+
 namespace haptic::sim {
 namespace {
 
@@ -79,8 +82,9 @@ void become_laboratory(char** argv) {
   std::string path(self, static_cast<std::size_t>(length));
   path.replace(path.rfind('/') + 1, std::string::npos, "host_lab");
   execv(path.c_str(), argv);
-  throw std::system_error(errno, std::generic_category(),
-                          path + " does '" + argv[1] + "'; build the target host_lab");
+  if (errno == ENOENT)
+    throw tools::UsageError(tools::left_out_text(argv[1], tools::build_command("host_lab")));
+  throw std::system_error(errno, std::generic_category(), path);
 }
 
 }  // namespace haptic::sim

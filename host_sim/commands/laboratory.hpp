@@ -17,7 +17,7 @@ namespace haptic::sim {
 [[nodiscard]] std::string laboratory_help();
 
 /// Becomes host_lab with the same arguments; returns only where that program cannot be started.
-/// @throws std::system_error, with what to build
+/// @throws tools::UsageError  it is not there, with what to build; std::system_error.
 [[noreturn]] void become_laboratory(char** argv);
 
 }  // namespace haptic::sim

@@ -1,24 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a host_sim of tools/quickstart does without: the simulated device, the live view and the
-// commands of the planner, which are half of its compile time. Each command says so, and how to
-// build the whole program.
+// commands of the planner, which are half of its compile time.
 #include <string>
 
 #include "host_sim/commands/commands.hpp"
+#include "tools/common/left_out.hpp"
 
 namespace haptic::sim {
 namespace {
 
-constexpr const char* kWhole =
-    "this host_sim was built by tools/quickstart, which leaves it out; build the whole one: "
-    "cmake --preset release && cmake --build --preset release --target host_sim";
-
 Command left_out(CLI::App& program, const std::string& name) {
-  CLI::App* app =
-      program.add_subcommand(name, "Not in this program, which tools/quickstart built.");
-  app->allow_extras();
-  return {app, [name]() -> int { throw tools::OsError(name + ": " + kWhole); },
-          "cmake --preset release && cmake --build --preset release --target host_sim"};
+  return tools::add_left_out_command(program, name, tools::build_command("host_sim"));
 }
 
 }  // namespace

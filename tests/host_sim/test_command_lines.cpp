@@ -227,7 +227,9 @@ TEST_CASE("a study that is not in the build says how to get it, and no file is m
     const ProgramResult run = run_program(kSim, user.words(arguments));
     INFO(arguments, "\n", run.err);
     CHECK(run.exit_code == 2);
-    CHECK(run.err.find("-DHAPTIC_BUILD_STUDIES=ON") != std::string::npos);
+    CHECK(run.err.find(" is not in this build; to get it: cmake --preset release "
+                       "-DHAPTIC_BUILD_STUDIES=ON && cmake --build --preset release --target "
+                       "host_lab\n") != std::string::npos);
     CHECK(user.content() == before);
   }
 }

@@ -25,12 +25,24 @@ TEST_SUITE("host_sim.quick_program") {
           "run --scene s.rtscene --serve --port 8000", "serve 2 --hand firm", "usb-device -x"}) {
       CAPTURE(command);
       const ProgramResult said = quick(command);
-      CHECK(said.exit_code == 4);
+      CHECK(said.exit_code == 2);
       CHECK(said.out.empty());
-      CHECK(said.err.starts_with("host_sim: " + command.substr(0, command.find(' ')) + ": "));
-      CHECK(said.err.find("cmake --build --preset release --target host_sim") != std::string::npos);
+      const std::string name = command.substr(0, command.find(' '));
+      const std::string text =
+          name +
+          " is not in this build; to get it: cmake --preset release && cmake --build --preset "
+          "release --target host_sim";
+      CHECK(said.err == "host_sim: " + text + "\n");
+      const ProgramResult help = quick("help " + name);
+      CHECK(help.exit_code == 0);
+      CHECK(help.out.find(text) != std::string::npos);
     }
-    CHECK(quick("--help").out.find("Not in this program") != std::string::npos);
+    CHECK(quick("--help").out.find("Not in this build.") != std::string::npos);
+    const ProgramResult laboratory = quick("wcet s.rtscene");
+    CHECK(laboratory.exit_code == 2);
+    CHECK(laboratory.err ==
+          "host_sim: wcet is not in this build; to get it: cmake --preset release && cmake --build "
+          "--preset release --target host_lab\n");
   }
 
   TEST_CASE("what it has gives the bytes of the whole program, the way into a fit too") {

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <string_view>
 
+#include "tools/common/left_out.hpp"
 #include "tools/common/run_main.hpp"
 #include "tools/common/toml_table.hpp"
 
@@ -158,6 +159,15 @@ int run_program(CLI::App& program, std::span<const Command> commands, const std:
       if (alone || command.app->parsed()) return command.run();
     return kExitUsage;
   });
+}
+
+Command add_left_out_command(CLI::App& program, const std::string& name,
+                             const std::string& command) {
+  const std::string text = left_out_text(name, command);
+  CLI::App* app = program.add_subcommand(name, "Not in this build.");
+  app->footer(text + ".");
+  app->allow_extras();
+  return {app, [text]() -> int { throw UsageError(text); }, command};
 }
 
 CLI::Validator positive_number() {

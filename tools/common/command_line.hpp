@@ -36,6 +36,11 @@ using OtherCommands = std::vector<std::string>;
                               const std::string& exit_codes, int argc, const char* const* argv,
                               const OtherCommands& others = {});
 
+/// A command that this build leaves out: with any words behind its name it says how to get it
+/// (left_out_text) and ends with kExitUsage. @param command  that builds a program with it.
+[[nodiscard]] Command add_left_out_command(CLI::App& program, const std::string& name,
+                                           const std::string& command);
+
 /// Meaning of the exit codes for a program that has no meaning of its own for 1.
 inline constexpr const char* kCommonExitCodes =
     "0 done, 1 a check failed, 2 usage, 3 bad input, 4 the device or the system refused";

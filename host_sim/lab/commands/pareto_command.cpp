@@ -43,7 +43,7 @@ int do_pareto(const ParetoArguments& o) {
   write_pareto(measure_pareto(o.pareto), o.out);
   std::printf("%s/pareto.md\n", o.out.c_str());
   if (o.pareto.pairs.empty() && !studies_built())
-    std::printf("not run: pair classes W1 to W6; each%s\n", kStudiesLeftOut);
+    std::printf("not run: %s\n", study_left_out("each of pair classes W1 to W6").c_str());
   return tools::kExitDone;
 }
 

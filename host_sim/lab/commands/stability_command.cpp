@@ -45,7 +45,8 @@ Command add_stability_command(CLI::App& program) {
             std::printf("%s/README.md: %s\n", o->out.c_str(),
                         passed ? "every stated limit holds" : "a stated limit is PASSED");
             if (o->parts.empty() && !studies_built())
-              std::printf("not run: parts 1, 4, 5, 6 and 7; each%s\n", kStudiesLeftOut);
+              std::printf("not run: %s\n",
+                          study_left_out("each of parts 1, 4, 5, 6 and 7").c_str());
             return static_cast<int>(passed ? tools::kExitDone : tools::kExitCheckFailed);
           },
           "host_sim stability --quick --out stability"};

@@ -11,11 +11,7 @@ std::vector<Command> add_study_commands(CLI::App& program) {
   std::vector<Command> commands;
   for (const std::string name :
        {"guide-limits", "guide-study", "pegs", "planners", "rates", "reproduce-paper"}) {
-    CLI::App* app = program.add_subcommand(name, "Left out of this build.");
-    app->footer(name + kStudiesLeftOut + ".");
-    app->allow_extras();
-    commands.push_back({app, [name]() -> int { throw tools::UsageError(name + kStudiesLeftOut); },
-                        "cmake --preset release -DHAPTIC_BUILD_STUDIES=ON"});
+    commands.push_back(tools::add_left_out_command(program, name, build_of_studies()));
   }
   return commands;
 }

@@ -34,7 +34,7 @@ std::vector<PairClass> wanted_classes(const ParetoOptions& options) {
       throw tools::InputError("no pair class '" + name + "'; there are W1 to W6 and " +
                               kHeadlineName);
     }
-    if (!studies_built()) throw tools::UsageError("--pairs: " + name + kStudiesLeftOut);
+    if (!studies_built()) throw tools::UsageError("--pairs: " + study_left_out(name));
   }
   if (options.pairs.empty()) return classes;
   std::erase_if(classes, [&options](const PairClass& pair) {

@@ -23,7 +23,7 @@ void refuse_unknown(const std::vector<int>& numbers, const std::vector<Stability
   for (const int number : numbers) {
     if (std::ranges::find(parts, number, &StabilityPart::number) != parts.end()) continue;
     if (std::ranges::find(kStudyParts, number) != std::end(kStudyParts))
-      throw tools::UsageError("--parts: part " + std::to_string(number) + kStudiesLeftOut);
+      throw tools::UsageError("--parts: " + study_left_out("part " + std::to_string(number)));
     std::vector<int> known(std::begin(kStudyParts), std::end(kStudyParts));
     for (const StabilityPart& part : kParts) known.push_back(part.number);
     std::ranges::sort(known);
