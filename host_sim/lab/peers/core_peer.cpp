@@ -116,8 +116,10 @@ Pose pose_of(const PeerPose& pose) {
 
 class CorePeer final : public PeerQuery {
  public:
-  CorePeer(const Solid& a, std::span<const Solid> pieces, const CoreSetting& setting)
-      : session_(core_scene(a, pieces, setting), a.name + " on " + pieces.front().name),
+  CorePeer(const Solid& a, std::span<const Solid> pieces)
+      : session_(scene_of(a, pieces, kPeerStiffness_n_per_m, kPaperEpsilon_m, LawId::kPaper,
+                          tools::kDefaultExactBand_m),
+                 a.name + " on " + pieces.front().name),
         core_(session_.core()),
         search_(session_.view()) {}
 
@@ -193,15 +195,8 @@ class LiteralPeer final : public PeerQuery {
 
 }  // namespace
 
-std::vector<std::byte> core_scene(const Solid& a, std::span<const Solid> pieces,
-                                  const CoreSetting& setting) {
-  return scene_of(a, pieces, kPeerStiffness_n_per_m, setting.epsilon_m, setting.law,
-                  setting.exact_band_m, setting.max_pair_visits);
-}
-
-std::unique_ptr<PeerQuery> make_core_peer(const Solid& a, std::span<const Solid> pieces,
-                                          const CoreSetting& setting) {
-  return std::make_unique<CorePeer>(a, pieces, setting);
+std::unique_ptr<PeerQuery> make_core_peer(const Solid& a, std::span<const Solid> pieces) {
+  return std::make_unique<CorePeer>(a, pieces);
 }
 
 std::unique_ptr<PeerQuery> make_literal_peer(const Solid& a, const Solid& b, bool with_rotation) {

@@ -62,19 +62,12 @@ void add_own(std::vector<PeerEntry>& entries) {
   }
 }
 
-/// The core as it comes, then with another law.
 void add_core(std::vector<PeerEntry>& entries) {
-  const auto add = [&entries](const char* name, const CoreSetting& setting) {
-    PeerEntry core{"ours", name, kRealName, [setting](const Solid& a, const Solid& b) {
-                     return make_core_peer(a, {&b, 1}, setting);
-                   }};
-    core.drawn = entries.back().method != core.method;
-    entries.push_back(std::move(core));
-  };
-  CoreSetting setting;
-  add("tick", setting);
-  setting.law = LawId::kPaper;
-  add("law paper", setting);
+  PeerEntry core{"ours", "tick", kRealName, [](const Solid& a, const Solid& b) {
+                   return make_core_peer(a, {&b, 1});
+                 }};
+  core.drawn = true;
+  entries.push_back(std::move(core));
 }
 
 void add_foreign([[maybe_unused]] std::vector<PeerEntry>& entries) {
