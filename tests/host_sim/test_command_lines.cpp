@@ -148,9 +148,9 @@ const Row kRows[] = {
     {kSim, "plan @peg.rtscene --goal 0,0,0.3 --seconds 1e-9 --fallback -o @a.plan", 1, "OMPL"},
     {kSim, "plan @peg.rtscene --goal 0,0,0.3 --fallback --json -o @a.plan", 2, "--json"},
     {kSim, "plan-sampled @limited.rtscene --goal 0,0,5 -o @a.plan", 3,
-     "--goal: is not free, inside a closed surface, or outside [motion_limits]"},
+     "m, and [motion_limits] workspace max_m is 1 m; give a pose within the limits, or"},
     {kSim, "plan-sampled @closed.rtscene --start 0,0,0 --goal 0.02,0,0 -o @a.plan", 3,
-     "--start: is not free, inside a closed surface"},
+     "lie in one another there, within a closed surface; give a pose outside of it"},
     // Unknown names.
     {kCompiler, "@scene.toml --reprot @r.json", 2,
      "no option '--reprot'; did you mean '--report'?"},

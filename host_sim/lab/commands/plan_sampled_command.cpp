@@ -10,7 +10,7 @@
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
-#include "tools/plan/search/inside_surface.hpp"
+#include "tools/plan/search/plan_ends.hpp"
 #include "tools/plan/search/plan_making.hpp"
 
 namespace haptic::sim {
@@ -28,15 +28,11 @@ int do_plan_sampled(const PlanSampledArguments& o) {
   const SceneView& view = session.view();
   tools::claim_output(o.out, "--out", {tools::FileFormat::kPlan, {}});
   const tools::SlidingPart part(view);
-  const tools::PlanPose start = part.grip_pose(tools::pose_from_text(view, "--start", o.start));
-  const tools::PlanPose goal = part.grip_pose(tools::pose_from_text(view, "--goal", o.goal));
   tools::StepProver prover(view, tools::plan_tolerance_m(view));
-  for (const auto& [pose, name] : {std::pair{&start, "--start"}, {&goal, "--goal"}}) {
-    if (!prover.is_free(*pose) || tools::enclosing_body(view, *pose))
-      throw tools::InputError(std::string(name) +
-                              ": is not free, inside a closed surface, or outside "
-                              "[motion_limits]; give another pose");
-  }
+  const tools::PlanEnds ends =
+      tools::checked_ends(view, part, prover,
+                          {tools::pose_from_text(view, "--start", o.start),
+                           tools::pose_from_text(view, "--goal", o.goal), "--start", "--goal"});
   if (sampling_planners().empty()) {
     std::printf(
         "no plan: this program was built without OMPL; install libompl-dev and build it "
@@ -44,7 +40,7 @@ int do_plan_sampled(const PlanSampledArguments& o) {
     return tools::kExitCheckFailed;
   }
   const auto found =
-      sampled_plan(view, start, goal, o.seconds, o.seed, [](const std::string& planner) {
+      sampled_plan(view, ends.start, ends.goal, o.seconds, o.seed, [](const std::string& planner) {
         std::fprintf(stderr, "host_lab plan-sampled: %s\n", planner.c_str());
       });
   if (!found) {
