@@ -16,7 +16,7 @@
 #include "host_sim/session/core_session.hpp"
 #include "host_sim/session/motion_script.hpp"
 #include "rt_core/base/rotation.hpp"
-#include "tests/host_sim/plan/plan_bench.hpp"
+#include "tests/tools/plan/plan_bench.hpp"
 #include "tests/support/rt_guard.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/error.hpp"

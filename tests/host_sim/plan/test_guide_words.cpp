@@ -12,7 +12,7 @@
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/view/loop_ticks.hpp"
 #include "host_sim/view/mcap_file.hpp"
-#include "tests/host_sim/plan/plan_bench.hpp"
+#include "tests/tools/plan/plan_bench.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"

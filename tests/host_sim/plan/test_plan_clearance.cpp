@@ -7,7 +7,7 @@
 
 #include "host_sim/lab/planning/puzzles.hpp"
 #include "host_sim/oracle/plan_clearance.hpp"
-#include "tests/host_sim/plan/plan_bench.hpp"
+#include "tests/tools/plan/plan_bench.hpp"
 #include "tools/plan/search/pose_algebra.hpp"
 
 namespace haptic::sim {

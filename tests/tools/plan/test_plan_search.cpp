@@ -14,7 +14,7 @@
 
 #include "host_sim/lab/planning/puzzles.hpp"
 #include "host_sim/lab/planning/sampled_plan.hpp"
-#include "tests/host_sim/plan/plan_bench.hpp"
+#include "tests/tools/plan/plan_bench.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/plan/plan_check.hpp"
 #include "tools/plan/plan_limits.hpp"
@@ -84,7 +84,7 @@ MadePlan quick_plan(const SceneView& view, const std::string& goal, std::uint64_
 
 }  // namespace
 
-TEST_SUITE("host_sim.plan") {
+TEST_SUITE("tools.plan_search") {
   TEST_CASE("plan: far round a wide wall, and out of a deep cup to below it") {
     for (const auto& [text, goal] : {std::pair{wall_scene(""), "0,0.02,0"}, {kCup, "0,0,-0.12"}}) {
       const PlannedScene scene(text, "detour");

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "host_sim/lab/planning/puzzles.hpp"
-#include "tests/host_sim/plan/plan_bench.hpp"
+#include "tests/tools/plan/plan_bench.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/split_mix.hpp"
 #include "tools/plan/plan_check.hpp"
@@ -67,7 +67,7 @@ const std::string kDuct =
 
 }  // namespace
 
-TEST_SUITE("host_sim.translations") {
+TEST_SUITE("tools.translations") {
   TEST_CASE("cells: a cut cube keeps its volume by every plane") {
     tools::SplitMix64 words(7);
     const auto centred = [&] { return 2 * words.uniform() - 1; };

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/host_sim/plan/plan_bench.hpp"
+#include "tests/tools/plan/plan_bench.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/split_mix.hpp"
 #include "tools/plan/plan_check.hpp"
