@@ -5,7 +5,7 @@
 #include "tools/common/formatted.hpp"
 #include "tools/scene_facts/coupling_text.hpp"
 #include "tools/scene_inspect/c_space_view.hpp"
-#include "tools/scene_inspect/exploded_obj.hpp"
+#include "tools/scene_inspect/exploded_view.hpp"
 #include "tools/scene_inspect/isometric.hpp"
 
 namespace haptic::tools {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The convex pieces of a scene's bodies pushed apart from the centre of their body, so that the
-/// seams between them can be seen. What the OBJ file is made of.
+/// seams between them can be seen, and their file: a Wavefront OBJ with its MTL for any viewer, one
+/// group per piece, in metres, static bodies where they stand, the moving part above them.
 
 #include <array>
 #include <cstdint>
@@ -46,5 +47,17 @@ struct ExplodedBody {
 std::vector<ExplodedBody> exploded_bodies(const SceneView& view,
                                           const std::vector<PieceExposure>& exposure,
                                           double factor);
+
+/// A material of an MTL file.
+std::string material_line(const std::string& name, const std::array<double, 3>& colour);
+/// Colour of a piece, by its number within its body; components 0 to 1.
+std::array<double, 3> piece_colour(std::uint32_t number);
+/// Colour of faces that lie inside a part.
+inline constexpr std::array<double, 3> kSeamColour{0.93, 0.42, 0.16};
+
+/// `material_file` as the OBJ names it. Faces keep their polygons; seam faces have a material of
+/// their own.
+std::string exploded_obj(const std::vector<ExplodedBody>& bodies, const std::string& material_file);
+std::string exploded_mtl(const std::vector<ExplodedBody>& bodies);
 
 }  // namespace haptic::tools

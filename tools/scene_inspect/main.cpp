@@ -20,7 +20,7 @@
 #include "tools/scene_inspect/c_space_view.hpp"
 #include "tools/scene_inspect/damage_place.hpp"
 #include "tools/scene_inspect/explanation.hpp"
-#include "tools/scene_inspect/exploded_obj.hpp"
+#include "tools/scene_inspect/exploded_view.hpp"
 
 namespace haptic::tools {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "tests/support/pruned_scenes.hpp"
 #include "tools/scene_facts/scene_facts.hpp"
-#include "tools/scene_inspect/exploded_obj.hpp"
+#include "tools/scene_inspect/exploded_view.hpp"
 #include "tools/scene_inspect/piece_exposure.hpp"
 
 using namespace haptic;

@@ -13,7 +13,7 @@
 #include "tools/graph_compiler/program/compile_scene.hpp"
 #include "tools/scene_facts/bounds_text.hpp"
 #include "tools/scene_inspect/explanation.hpp"
-#include "tools/scene_inspect/exploded_obj.hpp"
+#include "tools/scene_inspect/exploded_view.hpp"
 
 using namespace haptic;
 using namespace haptic::tools;
