@@ -22,9 +22,10 @@
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/run_device/core_in_memory.hpp"
 #include "tools/run_device/device_fit.hpp"
-#include "tools/run_device/press_stroke.hpp"
 #include "tools/run_device/stop_key.hpp"
+#include "tools/verdict/session_judge.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -32,6 +33,26 @@ namespace {
 constexpr unsigned kSpares = 1;
 constexpr int kLook_ms = 20;
 constexpr std::int64_t kLongestSetUp_ns = 10'000'000'000;
+
+/// Stroke of the simulated hand straight down from where the part begins: 30 mm, or 10 mm farther
+/// than where it touches first; 30 mm where it touches nothing within 300 mm. All at the device
+/// [m]. Cost: a tick for each half millimetre. Not for the servo loop.
+double press_stroke_m(const DeviceConfig& config, const SceneBytes& scene) {
+  constexpr double kUsual_m = 0.03, kPress_m = 0.01, kFarthest_m = 0.3, kStep_m = 5.0e-4;
+  CoreInMemory own;
+  if (own.open(scene.span()) != RtStatus::kOk) return kUsual_m;
+  const ServoParameters parameters = with_scene(config.servo, own.view);
+  const WorkspaceMap map = begun_map(parameters.map, parameters.start, Pose{});
+  const LawId law = own.view.parameters().law;
+  Pose handle_dh;
+  for (double down_m = 0; down_m <= kFarthest_m; down_m += kStep_m) {
+    handle_dh.p_wa.z() = static_cast<Real>(-down_m);
+    StepInput input;
+    input.pose_wa = mesh_pose(map, handle_dh);
+    if (felt_part_touches(own.core->step(input), law)) return std::max(kUsual_m, down_m + kPress_m);
+  }
+  return kUsual_m;
+}
 
 hal::GuardianSettings guardian_settings(const DeviceConfig& config, const RunLength& length,
                                         const RunWatch& watch) {

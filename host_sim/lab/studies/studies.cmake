@@ -17,7 +17,6 @@ if(HAPTIC_BUILD_STUDIES)
       lab/studies/planning/insertion_hand.cpp
       lab/studies/planning/planning_table.cpp
       lab/studies/realtime/loop_rates.cpp
-      lab/studies/realtime/pressed_scene.cpp
       lab/studies/realtime/rate_error.cpp
       lab/studies/reproduction/drawing.cpp
       lab/studies/reproduction/figure_contacts.cpp
@@ -45,7 +44,6 @@ if(HAPTIC_BUILD_STUDIES)
       lab/studies/planning/insertion_hand.hpp
       lab/studies/planning/planning_table.hpp
       lab/studies/realtime/loop_rates.hpp
-      lab/studies/realtime/pressed_scene.hpp
       lab/studies/realtime/rate_error.hpp
       lab/studies/reproduction/drawing.hpp
       lab/studies/reproduction/figures.hpp

@@ -6,10 +6,13 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <functional>
 #include <thread>
 
 #include "hal/clock/servo_clock.hpp"
-#include "host_sim/lab/studies/realtime/pressed_scene.hpp"
+#include "host_sim/device/device_stack.hpp"
+#include "host_sim/device/pressing_script.hpp"
+#include "host_sim/device/stack_run.hpp"
 #include "host_sim/report/quantile.hpp"
 
 namespace haptic::sim {
@@ -21,6 +24,29 @@ constexpr double kSettle_s = 0.5;
 /// Of an injected fault, in periods; and reports lost at once.
 constexpr int kFaultPeriods = 3;
 constexpr unsigned kLostReports = 4;
+
+/// A scene as it is measured in real time: the reference device in a firm hand, which presses the
+/// part on the nearest fixed one at any rate.
+struct PressedScene {
+  StackSettings stack;
+  std::function<HandAction(double t_s)> hand;
+  double rest_s = 0;  ///< the hand rests in contact then
+};
+
+/// The hand's motion lasts `seconds`, then it rests off the wall; deadman as in scripted_hand.
+/// @throws tools::InputError  the scene's device table is out of range.
+PressedScene pressed_scene(CoreSession& session, double rate_hz, double seconds) {
+  // Of the pressing script: between its second and third station the hand rests.
+  constexpr double kRestShare = 0.5;
+  PressedScene scene;
+  const SceneParameters& parameters = session.view().parameters();
+  scene.stack = stack_over(StackCarrier::kUsb, device_of(parameters, rate_hz), parameters.device,
+                           *hand_named("firm"), rate_hz);
+  scene.hand =
+      scripted_hand(session, make_motion(pressing_script(session, rate_hz, seconds)), rate_hz);
+  scene.rest_s = kRestShare * seconds;
+  return scene;
+}
 
 void spin_until(std::int64_t end_ns) {
   while (hal::monotonic_ns() < end_ns) {
