@@ -11,7 +11,7 @@
 #include "hal/clock/servo_clock.hpp"
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/device/loop_run.hpp"
-#include "host_sim/session/tick_record.hpp"
+#include "host_sim/session/tick_csv.hpp"
 #include "host_sim/view/gallery.hpp"
 #include "host_sim/view/loop_ticks.hpp"
 #include "tools/common/error.hpp"

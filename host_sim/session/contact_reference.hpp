@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/session/tick_record.hpp"
+#include "host_sim/session/tick_csv.hpp"
 
 namespace haptic::sim {
 

@@ -11,7 +11,7 @@
 #include "host_sim/oracle/literal_tracker.hpp"
 #include "host_sim/oracle/scene_oracle.hpp"
 #include "host_sim/session/core_session.hpp"
-#include "host_sim/session/tick_record.hpp"
+#include "host_sim/session/tick_csv.hpp"
 
 namespace haptic::sim {
 

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "host_sim/report/picture.hpp"
-#include "host_sim/session/tick_record.hpp"
+#include "host_sim/session/tick_csv.hpp"
 
 namespace haptic::sim {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host_sim/session/tick_record.hpp"
+#include "host_sim/session/tick_csv.hpp"
 
 namespace haptic::sim {
 namespace {

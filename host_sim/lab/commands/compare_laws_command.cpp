@@ -9,7 +9,7 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/laws/law_comparison.hpp"
 #include "host_sim/report/part_report.hpp"
-#include "host_sim/session/tick_record.hpp"
+#include "host_sim/session/tick_csv.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 

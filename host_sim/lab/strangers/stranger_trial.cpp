@@ -13,7 +13,7 @@
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/child_run.hpp"
 #include "host_sim/session/core_session.hpp"
-#include "host_sim/session/tick_record.hpp"
+#include "host_sim/session/tick_csv.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
 

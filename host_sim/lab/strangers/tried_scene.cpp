@@ -3,7 +3,7 @@
 
 #include "host_sim/lab/strangers/stranger_trial.hpp"
 #include "host_sim/session/child_run.hpp"
-#include "host_sim/session/tick_record.hpp"
+#include "host_sim/session/tick_csv.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 
 namespace haptic::sim {

@@ -10,7 +10,7 @@
 #include "host_sim/lab/studies/reproduction/drawing.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/motion_script.hpp"
-#include "host_sim/session/tick_record.hpp"
+#include "host_sim/session/tick_csv.hpp"
 #include "rt_core/contact/contact_situation.hpp"
 
 namespace haptic::sim {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host_sim/session/tick_record.hpp"
+#include "host_sim/session/tick_csv.hpp"
 
 #include <cmath>
 
