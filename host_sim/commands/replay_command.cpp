@@ -80,7 +80,7 @@ int do_replay(const ReplayArguments& o) {
   }
   std::vector<ReferenceSample> reference;
   if (!o.reference.empty()) reference = read_contact_reference(o.reference);
-  tools::claim_output(o.out, "--out", tools::csv_kind(kTickCsvHeader));
+  tools::claim_output(o.out, "--out", tools::csv_kind(tick_columns(TickTable::kCsv)));
   tools::claim_output(o.plot, "--plot", {tools::FileFormat::kSvg, {}});
   tools::claim_output(o.html, "--html", {tools::FileFormat::kHtml, {}});
   tools::claim_output(o.contacts, "--contacts", tools::csv_kind(kContactCsvHeader));

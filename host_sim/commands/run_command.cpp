@@ -101,7 +101,7 @@ std::vector<LoopRecord> run_watched(ClosedLoop& loop, std::span<const MotionSamp
   live.begin();
   const std::int64_t begin_ns = hal::monotonic_ns();
   std::vector<LoopRecord> records = run_loop(loop, motion, [&](const LoopRecord& record) {
-    live.publish(recorded_tick(record, rate_hz), live_state(record));
+    live.publish(recorded_tick(record, rate_hz), {record.tick});
     const double due_s = static_cast<double>(record.tick.tick + 1) / rate_hz;
     if (!live.is_stopped()) (void)hal::sleep_until(begin_ns + std::llround(1e9 * due_s));
   });
@@ -167,7 +167,7 @@ std::vector<StackRecord> run_stack_watched(DeviceStack& stack, std::span<const M
                                            tools::LiveSession& live, StackWatchers& watchers) {
   const std::int64_t begin_ns = hal::monotonic_ns();
   std::vector<StackRecord> records = run_stack(stack, motion, [&](const StackRecord& record) {
-    if (watchers.newest) live.publish(*watchers.newest, live_state(record.loop));
+    if (watchers.newest) live.publish(*watchers.newest, {record.loop.tick});
     watchers.newest.reset();
     const double due_s = static_cast<double>(record.loop.tick.tick + 1) * stack.period_s();
     if (!live.is_stopped()) (void)hal::sleep_until(begin_ns + std::llround(1e9 * due_s));

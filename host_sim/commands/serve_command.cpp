@@ -86,7 +86,7 @@ class ServedLoop {
     const LoopRecord record = loop_record(loop_, loop_.step(stroke));
     judge_.take(judged_tick(record.tick));
     judge_.note_work(record.delivered_j);
-    live_.publish(recorded_tick(record, rate_hz_), live_state(record, order.stamp));
+    live_.publish(recorded_tick(record, rate_hz_), {record.tick, order.stamp});
     target_ = stroke.to;
   }
 

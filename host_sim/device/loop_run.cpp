@@ -145,25 +145,34 @@ std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample>
 }
 
 std::string loop_csv_header() {
-  return std::string(kTickCsvHeader) + kPoseCsvHeader +
+  return tick_columns(TickTable::kCsv) + tick_columns(TickTable::kCsvPoses) +
          ",hand_x_m,hand_y_m,hand_z_m,speed_m_per_s,turn_rad_per_s,delivered_j";
 }
 
 void append_loop_row(std::string& csv, const LoopRecord& record) {
-  append_tick_row(csv, record.tick);
-  append_poses(csv, record.tick);
+  append_cells(csv, TickTable::kCsv, record.tick);
+  append_cells(csv, TickTable::kCsvPoses, record.tick);
   for (const double value : record.target_m) append_number(csv += ',', value);
   for (const double value : {record.speed_m_per_s, record.turn_rad_per_s, record.delivered_j}) {
     append_number(csv += ',', value);
   }
 }
 
+std::string last_columns(const GuideLegs& legs) {
+  return tick_columns(TickTable::kCsvGuide, legs) + tick_columns(TickTable::kCsvAdded);
+}
+
+void append_last_cells(std::string& csv, const TickRecord& tick, const GuideLegs& legs) {
+  append_cells(csv, TickTable::kCsvGuide, tick, legs);
+  append_cells(csv, TickTable::kCsvAdded, tick);
+}
+
 std::string loop_csv(std::span<const LoopRecord> records, const GuideLegs& legs) {
-  std::string csv = loop_csv_header() + guide_csv_header(legs) + '\n';
+  std::string csv = loop_csv_header() + last_columns(legs) + '\n';
   csv.reserve(600 * (records.size() + 1));
   for (const LoopRecord& record : records) {
     append_loop_row(csv, record);
-    append_guide(csv, record.tick.guide, legs);
+    append_last_cells(csv, record.tick, legs);
     csv += '\n';
   }
   return csv;

@@ -260,7 +260,7 @@ std::string stack_csv(std::span<const StackRecord> records, const GuideLegs& leg
       ",arming,faults,device_faults,link,drives_on,handed_fx_n,handed_fy_n,handed_fz_n,"
       "handed_tx_nm,handed_ty_nm,handed_tz_nm,acting_fx_n,acting_fy_n,acting_fz_n,acting_tx_nm,"
       "acting_ty_nm,acting_tz_nm" +
-      guide_csv_header(legs) + '\n';
+      last_columns(legs) + '\n';
   csv.reserve(850 * (records.size() + 1));
   for (const StackRecord& r : records) {
     append_loop_row(csv, r.loop);
@@ -273,7 +273,7 @@ std::string stack_csv(std::span<const StackRecord> records, const GuideLegs& leg
     append_vector(csv, in_double(r.handed_d.torque_w));
     append_vector(csv, r.acting_w.force_w);
     append_vector(csv, r.acting_w.torque_w);
-    append_guide(csv, r.loop.tick.guide, legs);
+    append_last_cells(csv, r.loop.tick, legs);
     csv += '\n';
   }
   return csv;

@@ -94,7 +94,7 @@ ReplayTotals total(std::span<const TickRecord> ticks, const SceneCapacity& capac
     } else {
       t.smallest_d_near_m = std::min(t.smallest_d_near_m, r.d_near_m);
       t.contact_ticks += r.in_contact ? 1u : 0u;
-      ++t.situation_ticks[static_cast<std::size_t>(r.situation)];
+      ++t.situation_ticks[r.situation.code];
     }
     nodes += r.nodes_evaluated;
     t.nodes_largest = std::max(t.nodes_largest, r.nodes_evaluated);

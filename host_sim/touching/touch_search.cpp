@@ -99,7 +99,7 @@ TouchVerdict touch_at(CoreSession& session, const Pose& pose_wa) {
     least_m = std::min(least_m, tick.apart_m);
     if (tick.in_contact && still >= kStillTicks) break;
   }
-  return {tick.in_contact, false, 0, tick.apart_m, why_not};
+  return {tick.in_contact != 0, false, 0, tick.apart_m, why_not};
 }
 
 double touch_step_m(const HeldPart& held) { return std::min(kTouchStep_m, held.radius_m / 8); }

@@ -3,7 +3,6 @@
 
 #include <array>
 
-#include "host_sim/view/loop_ticks.hpp"
 #include "tools/live/topics.hpp"
 
 namespace haptic::sim {
@@ -96,7 +95,7 @@ std::string mcap_of(const SceneView& scene, std::span<const LoopRecord> records)
   tools::LogTopic log;
   const GuideLegs legs(scene);
   for (const LoopRecord& record : records) {
-    const tools::LiveState tick = live_state(record);
+    const TickRecord& tick = record.tick;
     const std::uint64_t ns = tools::topic_time_ns(tick);
     for (const tools::Topic topic : tools::kTickTopics) {
       const std::string message = tools::tick_message(topic, tick, legs);

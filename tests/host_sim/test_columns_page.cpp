@@ -173,8 +173,10 @@ TEST_SUITE("host_sim.columns_page") {
                 .exit_code == 0);
     const std::string of_replay = joined(page.column(kReplay + "column"));
     const std::string of_poses = joined(page.column(kReplay + "pose column"));
+    const std::string added = joined(page.column(kReplay + "added column"));
+    const std::string of_added = added.empty() ? "" : "," + added;
     const std::string played = test::text_of_file(ticks), touched = test::text_of_file(contacts);
-    CHECK(first_line(played) == of_replay + "," + of_poses);
+    CHECK(first_line(played) == of_replay + "," + of_poses + of_added);
     check_rows(played);
     CHECK(first_line(touched) == joined(page.column("Contacts of a replay: column")));
     check_rows(touched);
@@ -191,7 +193,7 @@ TEST_SUITE("host_sim.columns_page") {
       REQUIRE(run.exit_code == 0);
       const std::string csv = test::text_of_file(out + "/run.csv");
       CHECK(first_line(csv) ==
-            of_replay + "," + of_poses + "," + of_run + (stack ? "," + of_stack : ""));
+            of_replay + "," + of_poses + "," + of_run + (stack ? "," + of_stack : "") + of_added);
       check_rows(csv);
     }
 
@@ -212,7 +214,7 @@ TEST_SUITE("host_sim.columns_page") {
     CHECK(signed_zeros("a\n-0.000\n-0e+00\n-0.5\n0.0-0\n") == 2);
     TickRecord tick;
     tick.force_n[0] = -0.0;
-    tick.proxy_wa.p_wa.x() = -0.0_r;
+    tick.proxy_wa.p_m[0] = -0.0;
     CHECK(signed_zeros(tick_csv({&tick, 1})) == 0);
     StepTrace trace;
     trace.command_force_n[1] = -0.0;

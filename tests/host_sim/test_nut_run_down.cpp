@@ -28,9 +28,7 @@ double turned(const Pose& from, const Pose& to) {
   return std::remainder(angle, 2 * std::numbers::pi);
 }
 
-double height_m(const LoopRecord& record) {
-  return static_cast<double>(record.tick.proxy_wa.p_wa.z());
-}
+double height_m(const LoopRecord& record) { return record.tick.proxy_wa.p_m[2]; }
 
 }  // namespace
 

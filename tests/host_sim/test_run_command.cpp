@@ -131,7 +131,7 @@ TEST_SUITE("host_sim.run") {
       csv[k] = test::text_of_file(out + "/run.csv");
       CHECK(count_of(csv[k], '\n') == 2002);
       const std::string head = csv[k].substr(0, csv[k].find('\n'));
-      CHECK(head.rfind(kTickCsvHeader, 0) == 0);
+      CHECK(head.starts_with(tick_columns(TickTable::kCsv)));
       CHECK(count_of(csv[k], ',') == 2002 * count_of(head, ','));
       CHECK(test::text_of_file(out + "/run.svg").find("</svg>") != std::string::npos);
       CHECK(nlohmann::json::parse(test::text_of_file(out + "/run.json")) == json);

@@ -215,7 +215,7 @@ void SimulatedSession::watch(void* self, const ServoInput& input, const ServoRes
 // On the servo thread. The counters of the loop are those of the tick before.
 void SimulatedSession::note(const ServoInput& input, const ServoResult& result) noexcept {
   if (result.rendered_new) judge_.take(result.rendered);
-  TickRecord record{HAPTIC_STATE_INIT, judge_.verdict()};
+  NewestTick record{HAPTIC_STATE_INIT, judge_.verdict()};
   haptic_state& s = record.state;
   const StepResult& rendered = result.rendered;
   const hal::ServoLoopCounters& counters = loop_.counters();
@@ -248,9 +248,9 @@ void SimulatedSession::note(const ServoInput& input, const ServoResult& result) 
 }
 
 void SimulatedSession::state(haptic_state& state) const noexcept {
-  NewestReader<TickRecord> reader(newest_);
+  NewestReader<NewestTick> reader(newest_);
   bool found = false;
-  const TickRecord& record = reader.newest(&found);
+  const NewestTick& record = reader.newest(&found);
   state = HAPTIC_STATE_INIT;
   if (found) state = record.state;
 }
@@ -267,9 +267,9 @@ void SimulatedSession::gains(haptic_gains& gains) const noexcept {
 }
 
 SessionVerdict SimulatedSession::verdict() const noexcept {
-  NewestReader<TickRecord> reader(newest_);
+  NewestReader<NewestTick> reader(newest_);
   bool found = false;
-  const TickRecord& record = reader.newest(&found);
+  const NewestTick& record = reader.newest(&found);
   return found ? record.verdict : SessionVerdict{};
 }
 

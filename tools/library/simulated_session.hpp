@@ -101,11 +101,11 @@ class SimulatedSession {
 
  private:
   /// As the servo thread leaves it after a tick.
-  struct TickRecord {
+  struct NewestTick {
     haptic_state state;
     SessionVerdict verdict;
   };
-  static_assert(sizeof(TickRecord) % sizeof(RecordWord) == 0);
+  static_assert(sizeof(NewestTick) % sizeof(RecordWord) == 0);
 
   static void watch(void* self, const ServoInput& input, const ServoResult& result);
   void note(const ServoInput& input, const ServoResult& result) noexcept;
@@ -131,8 +131,8 @@ class SimulatedSession {
   ServoTick tick_;
   hal::ServoLoop loop_;
   SessionJudge judge_;  ///< servo thread
-  NewestRecord<TickRecord> newest_;
-  NewestWriter<TickRecord> newest_writer_{newest_};
+  NewestRecord<NewestTick> newest_;
+  NewestWriter<NewestTick> newest_writer_{newest_};
   std::int64_t opened_ns_ = 0;
   std::atomic<bool> stop_{false}, closed_{false};
   std::atomic<int> begun_{-1};  ///< errno of what the servo thread asked for; -1: not yet known

@@ -16,7 +16,7 @@ void LiveWriter::publish(const LiveTick& tick, LiveState state) noexcept {
   LiveBoard::Record& record = board_.ring[written_ % LiveBoard::kTicks];
   record.write(static_cast<RecordWord>(written_ + 1),
                std::bit_cast<LiveBoard::Record::Words>(tick));
-  state.tick = written_;
+  state.record.tick = written_;
   newest_.publish(state);
   last_ = state;
   ++written_;

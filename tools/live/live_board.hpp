@@ -50,7 +50,7 @@ class LiveWriter {
  public:
   explicit LiveWriter(LiveBoard& board) : board_(board), newest_(board.newest) {}
 
-  /// `state.tick` is set here.
+  /// The number of the tick in `state` is set here.
   void publish(const LiveTick& tick, LiveState state) noexcept;
   /// Says again what is newest, with no further tick to come.
   void finish() noexcept;

@@ -80,7 +80,7 @@ inline constexpr std::size_t kMostPageMessage_bytes = 72;
 
 /// What a page is sent: head, newest state, ticks.
 struct ChunkHead {
-  std::uint32_t magic = 0x31564C48;  // "HLV1"
+  std::uint32_t magic = 0x32564C48;  // "HLV2"
   std::uint32_t ticks = 0;
   std::uint64_t first = 0;    ///< number of the first tick
   std::uint64_t written = 0;  ///< ticks of the session so far

@@ -342,23 +342,24 @@ class ViewerClient final : public Client {
     if (s.topic == Topic::kScene) {
       if (s.sent_scene) return false;
       s.sent_scene = true;
-      out = foxglove_frame(s.id, topic_time_ns(state_), scene_message(*shared_.offer.scene));
+      out = foxglove_frame(s.id, topic_time_ns(state_.record), scene_message(*shared_.offer.scene));
       return true;
     }
     if (ticks_ <= s.sent) return false;
     s.sent = ticks_;
     if (s.topic == Topic::kLog) {
-      logs_ = log_.messages(state_);
+      logs_ = log_.messages(state_.record);
       std::ranges::reverse(logs_);
-      for (std::string& text : logs_) text = foxglove_frame(s.id, topic_time_ns(state_), text);
+      for (std::string& text : logs_)
+        text = foxglove_frame(s.id, topic_time_ns(state_.record), text);
       if (logs_.empty()) return false;
       out = std::move(logs_.back());
       logs_.pop_back();
       return true;
     }
-    const std::string message = tick_message(s.topic, state_, shared_.legs);
+    const std::string message = tick_message(s.topic, state_.record, shared_.legs);
     if (message.empty()) return false;
-    out = foxglove_frame(s.id, topic_time_ns(state_), message);
+    out = foxglove_frame(s.id, topic_time_ns(state_.record), message);
     return true;
   }
 

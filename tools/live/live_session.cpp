@@ -115,7 +115,7 @@ void LiveSession::begin() {
 }
 
 void LiveSession::publish(const RecordedTick& tick, const LiveState& state) {
-  writer_.publish(live_tick(tick, state.tick), state);
+  writer_.publish(live_tick(tick, state.record.tick), state);
 }
 
 PageHand LiveSession::order() { return hand_ ? hand_->newest() : PageHand{}; }

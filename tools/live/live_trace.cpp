@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/live/live_trace.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -87,20 +88,18 @@ void TraceFollower::take(const StepTrace& trace, bool goes_on) {
   tick.marks = goes_on ? std::uint64_t{0} : std::uint64_t{kMarkReset};
 
   LiveState state;
-  state.t_s = 1e-9 * static_cast<double>(trace.now_ns - begin_ns_);
-  for (int k = 0; k < 3; ++k) {
-    state.device_p_m[k] = state.felt_p_m[k] = tick.p_wa_m[k];
-    state.force_n[k] = trace.rendered_force_n[k];
-    state.torque_nm[k] = trace.rendered_torque_nm[k];
-  }
-  for (int k = 0; k < 4; ++k) state.device_q_xyzw[k] = state.felt_q_xyzw[k] = tick.q_wa_xyzw[k];
+  TickRecord& record = state.record;
+  record.t_s = 1e-9 * static_cast<double>(trace.now_ns - begin_ns_);
+  record.device_wa = record.goal_wa = record.proxy_wa = pose;
+  std::copy_n(trace.rendered_force_n, 3, record.force_n);
+  std::copy_n(trace.rendered_torque_nm, 3, record.torque_nm);
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  state.apart_m = state.gap_m = state.energy_j = kUnknown;
-  state.d_near_m = trace.d_near_m;
-  state.state_hash = trace.state_hash;
-  state.situation = trace.situation;
-  state.flags = trace.step_flags;
-  state.work = trace.work;
+  record.apart_m = record.proxy_gap_m = record.energy_j = kUnknown;
+  record.d_near_m = trace.d_near_m;
+  record.state_hash = trace.state_hash;
+  record.situation = static_cast<ContactSituation>(trace.situation);
+  record.flags = trace.step_flags;
+  record.nodes_evaluated = trace.work;
   state.knows_felt = 0;
   writer_.publish(tick, state);
 }

@@ -16,13 +16,14 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kNumber = R"({"type":"number"})";
 
-/// A JSON schema of an object whose members are all of one kind.
-std::string schema_of(const char* title,
-                      std::initializer_list<std::pair<const char*, const char*>> members) {
+/// Name and schema of a member of an object.
+using Member = std::pair<std::string_view, const char*>;
+
+std::string schema_of(const char* title, const std::vector<Member>& members) {
   std::string text = std::string(R"({"title":")") + title + R"(","type":"object","properties":{)";
   const char* comma = "";
   for (const auto& [name, kind] : members) {
-    text += std::string(comma) + "\"" + name + "\":" + kind;
+    text += std::string(comma) + "\"" + std::string(name) + "\":" + kind;
     comma = ",";
   }
   return text + "}}";
@@ -58,10 +59,11 @@ Json quaternion_json(const double (&xyzw)[4]) {
 /// A number that JSON can hold; null where it is none.
 Json number_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-Json pose_message(const double (&p_m)[3], const double (&q_xyzw)[4], std::uint64_t ns) {
+Json pose_message(const PoseNumbers& pose, std::uint64_t ns) {
   return {{"timestamp", time_of(ns)},
           {"frame_id", "w"},
-          {"pose", {{"position", vector_json(p_m)}, {"orientation", quaternion_json(q_xyzw)}}}};
+          {"pose",
+           {{"position", vector_json(pose.p_m)}, {"orientation", quaternion_json(pose.q_xyzw)}}}};
 }
 
 /// The triangles of one body: of the moving one about its mesh frame, of the others in W.
@@ -112,6 +114,60 @@ std::string text_of(const Json& json) {
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
+Json field_json(const TickRecord& tick, const TickField& field, const GuideLegs& legs) {
+  switch (field.kind) {
+    case TickKind::kNumber:
+      return number_json(number_of(tick, field));
+    case TickKind::kVector:
+      return vector_json(
+          std::array{number_of(tick, field), number_of(tick, field, 1), number_of(tick, field, 2)});
+    case TickKind::kQuaternion:
+      return quaternion_json({number_of(tick, field), number_of(tick, field, 1),
+                              number_of(tick, field, 2), number_of(tick, field, 3)});
+    case TickKind::kCount:
+      return count_of(tick, field);
+    case TickKind::kHash:
+      return hash_text(count_of(tick, field));
+    case TickKind::kFlags:
+      return flag_names(tick.flags);
+    case TickKind::kStatus:
+      return to_text(tick.status);
+    case TickKind::kSituation:
+      return to_text(tick.situation);
+    case TickKind::kGuideState:
+      return to_text(tick.guide.state);
+    case TickKind::kGuidePlace:
+      return legs.place(tick.guide.state, tick.guide.station);
+    case TickKind::kGuideLeg:
+      return legs.leg_of(tick.guide.station) + 1;
+    case TickKind::kGuideLegs:
+      return legs.count();
+  }
+  return {};
+}
+
+/// The schema of an object of these fields, by the values that they begin with.
+std::string schema_of(const char* title, std::span<const ShownField> fields) {
+  std::vector<Member> members;
+  for (const ShownField& shown : fields) {
+    const Json value = field_json({}, *shown.field, {});
+    members.emplace_back(shown.name, value.is_string()         ? kText
+                                     : value.is_array()        ? kTexts
+                                     : value.is_object()       ? kVector.c_str()
+                                     : value.is_number_float() ? kNumber
+                                                               : kInteger);
+  }
+  return schema_of(title, members);
+}
+
+std::string fields_text(const TickRecord& tick, std::span<const ShownField> fields,
+                        const GuideLegs& legs) {
+  Json json;
+  for (const ShownField& shown : fields)
+    json[std::string(shown.name)] = field_json(tick, *shown.field, legs);
+  return text_of(json);
+}
+
 constexpr int kInfo = 2, kWarning = 3;
 
 std::string log_text(std::uint64_t ns, int level, const std::string& words) {
@@ -136,27 +192,11 @@ const std::array<TopicFacts, kTopics>& topics() {
                                              {"rotation", kQuaternion.c_str()}})},
       {"/pose", "foxglove.PoseInFrame", pose},
       {"/felt_pose", "foxglove.PoseInFrame", pose},
-      {"/wrench", "haptic.Wrench",
-       schema_of("haptic.Wrench", {{"force_n", kVector.c_str()}, {"torque_nm", kVector.c_str()}})},
-      {"/contact", "haptic.Contact",
-       schema_of("haptic.Contact", {{"situation", kText},
-                                    {"flags", kTexts},
-                                    {"device_to_part_m", kNumber},
-                                    {"proxy_gap_m", kNumber},
-                                    {"d_near_m", kNumber}})},
+      {"/wrench", "haptic.Wrench", schema_of("haptic.Wrench", fields_of<TickTable::kWrench>())},
+      {"/contact", "haptic.Contact", schema_of("haptic.Contact", fields_of<TickTable::kContact>())},
       {"/counters", "haptic.Counters",
-       schema_of("haptic.Counters",
-                 {{"tick", kInteger}, {"work_units", kInteger}, {"state_hash", kText}})},
-      {"/guide", "haptic.Guide",
-       schema_of("haptic.Guide", {{"state", kText},
-                                  {"place", kText},
-                                  {"leg", kInteger},
-                                  {"legs", kInteger},
-                                  {"station", kInteger},
-                                  {"to_go_m", kNumber},
-                                  {"off_m", kNumber},
-                                  {"force_n", kVector.c_str()},
-                                  {"torque_nm", kVector.c_str()}})},
+       schema_of("haptic.Counters", fields_of<TickTable::kCounters>())},
+      {"/guide", "haptic.Guide", schema_of("haptic.Guide", fields_of<TickTable::kGuide>())},
       {"/log", "foxglove.Log",
        schema_of("foxglove.Log", {{"timestamp", kTime.c_str()},
                                   {"level", kInteger},
@@ -166,7 +206,7 @@ const std::array<TopicFacts, kTopics>& topics() {
   return all;
 }
 
-std::uint64_t topic_time_ns(const LiveState& tick) {
+std::uint64_t topic_time_ns(const TickRecord& tick) {
   return static_cast<std::uint64_t>(std::llround(tick.t_s * 1e9));
 }
 
@@ -177,45 +217,28 @@ std::string scene_message(const SceneView& scene) {
   return text_of({{"deletions", Json::array()}, {"entities", std::move(entities)}});
 }
 
-std::string tick_message(Topic topic, const LiveState& tick, const GuideLegs& legs) {
+std::string tick_message(Topic topic, const TickRecord& tick, const GuideLegs& legs) {
   const std::uint64_t ns = topic_time_ns(tick);
   switch (topic) {
     case Topic::kFrames:
       return text_of({{"timestamp", time_of(ns)},
                       {"parent_frame_id", "w"},
                       {"child_frame_id", "part"},
-                      {"translation", vector_json(tick.felt_p_m)},
-                      {"rotation", quaternion_json(tick.felt_q_xyzw)}});
+                      {"translation", vector_json(tick.proxy_wa.p_m)},
+                      {"rotation", quaternion_json(tick.proxy_wa.q_xyzw)}});
     case Topic::kPose:
-      return text_of(pose_message(tick.device_p_m, tick.device_q_xyzw, ns));
+      return text_of(pose_message(tick.device_wa, ns));
     case Topic::kFeltPose:
-      return text_of(pose_message(tick.felt_p_m, tick.felt_q_xyzw, ns));
+      return text_of(pose_message(tick.proxy_wa, ns));
     case Topic::kWrench:
-      return text_of(
-          {{"force_n", vector_json(tick.force_n)}, {"torque_nm", vector_json(tick.torque_nm)}});
+      return fields_text(tick, fields_of<TickTable::kWrench>(), legs);
     case Topic::kContact:
-      return text_of({{"situation", to_text(static_cast<ContactSituation>(tick.situation))},
-                      {"flags", flag_names(tick.flags)},
-                      {"device_to_part_m", number_json(tick.apart_m)},
-                      {"proxy_gap_m", number_json(tick.gap_m)},
-                      {"d_near_m", number_json(tick.d_near_m)}});
+      return fields_text(tick, fields_of<TickTable::kContact>(), legs);
     case Topic::kCounters:
-      return text_of({{"tick", tick.tick},
-                      {"work_units", tick.work},
-                      {"state_hash", hash_text(tick.state_hash)}});
-    case Topic::kGuide: {
-      const auto guide = static_cast<GuideState>(tick.guide_state);
-      if (legs.empty() || guide == GuideState::kNone) return {};
-      return text_of({{"state", to_text(guide)},
-                      {"place", legs.place(guide, tick.guide_station)},
-                      {"leg", legs.leg_of(tick.guide_station) + 1},
-                      {"legs", legs.count()},
-                      {"station", tick.guide_station},
-                      {"to_go_m", number_json(tick.guide_to_go_m)},
-                      {"off_m", number_json(tick.guide_off_m)},
-                      {"force_n", vector_json(tick.guide_force_n)},
-                      {"torque_nm", vector_json(tick.guide_torque_nm)}});
-    }
+      return fields_text(tick, fields_of<TickTable::kCounters>(), legs);
+    case Topic::kGuide:
+      if (legs.empty() || tick.guide.state == GuideState::kNone) return {};
+      return fields_text(tick, fields_of<TickTable::kGuide>(), legs);
     case Topic::kScene:
     case Topic::kLog:
       break;
@@ -223,11 +246,10 @@ std::string tick_message(Topic topic, const LiveState& tick, const GuideLegs& le
   return {};
 }
 
-std::vector<std::string> LogTopic::messages(const LiveState& tick) {
+std::vector<std::string> LogTopic::messages(const TickRecord& tick) {
   const std::uint64_t ns = topic_time_ns(tick);
   std::vector<std::string> all;
-  if (tick.situation != situation_)
-    all.push_back(log_text(ns, kInfo, to_text(static_cast<ContactSituation>(tick.situation))));
+  if (tick.situation != situation_) all.push_back(log_text(ns, kInfo, to_text(tick.situation)));
   for (const std::string& name : flag_names(tick.flags & ~flags_))
     all.push_back(log_text(ns, kWarning, name));
   situation_ = tick.situation;

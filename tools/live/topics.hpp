@@ -12,6 +12,7 @@
 /// /counters, haptic.Counters: work of the tick, state hash.
 /// /guide, haptic.Guide: where on the plan of the scene's guide the part is and which contact comes
 /// next, force and torque that lead the hand besides /wrench; of a scene without one no message.
+/// The haptic messages have the fields that kTickFields (tools/verdict/tick_record.hpp) puts there.
 /// /log, foxglove.Log: each flag that appears, each new situation.
 
 #include <array>
@@ -20,8 +21,8 @@
 #include <vector>
 
 #include "rt_core/scene/scene_view.hpp"
-#include "tools/live/live_state.hpp"
 #include "tools/plan/guide_legs.hpp"
+#include "tools/verdict/tick_record.hpp"
 
 namespace haptic::tools {
 
@@ -52,22 +53,23 @@ struct TopicFacts {
 [[nodiscard]] const std::array<TopicFacts, kTopics>& topics();
 
 /// Time of a tick's messages, from the session's begin on.
-[[nodiscard]] std::uint64_t topic_time_ns(const LiveState& tick);
+[[nodiscard]] std::uint64_t topic_time_ns(const TickRecord& tick);
 
 /// The message of Topic::kScene.
 [[nodiscard]] std::string scene_message(const SceneView& scene);
 
 /// The message of one of kTickTopics; numbers have 17 digits. Of Topic::kGuide empty where the
 /// scene has no guide, of which `legs` are: then there is none.
-[[nodiscard]] std::string tick_message(Topic topic, const LiveState& tick, const GuideLegs& legs);
+[[nodiscard]] std::string tick_message(Topic topic, const TickRecord& tick, const GuideLegs& legs);
 
 /// Topic::kLog of a session: what is new since the tick before.
 class LogTopic {
  public:
-  [[nodiscard]] std::vector<std::string> messages(const LiveState& tick);
+  [[nodiscard]] std::vector<std::string> messages(const TickRecord& tick);
 
  private:
-  std::uint32_t flags_ = 0, situation_ = 0;
+  std::uint32_t flags_ = 0;
+  ContactSituation situation_ = ContactSituation::kNone;
 };
 
 }  // namespace haptic::tools

@@ -9,6 +9,7 @@
 
 #include "rt_core/scene/laws.hpp"
 #include "tools/c_space/c_obstacle.hpp"
+#include "tools/live/live_state.hpp"
 
 namespace haptic::sim {
 
@@ -28,12 +29,6 @@ constexpr std::size_t kMostNear = 64;
 /// their distance.
 constexpr tools::NearLimits kNearby{8, 2'000, 128};
 
-void put(const Vec3& from, double (&to)[3]) {
-  for (int k = 0; k < 3; ++k) to[k] = static_cast<double>(from[k]);
-}
-void put(const Quat& from, double (&to)[4]) {
-  for (int k = 0; k < 4; ++k) to[k] = static_cast<double>(from.coeffs()[k]);
-}
 Vec3 vector_in(const double* v) {
   return {static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])};
 }
@@ -73,6 +68,18 @@ std::string member_line(const char* structure, const Whole& whole, const char* n
   const std::size_t count = sizeof(Member) / sizeof(std::remove_all_extents_t<Member>);
   return std::string(structure) + ' ' + name + ' ' + std::to_string(offset) + ' ' +
          type_text<std::remove_all_extents_t<Member>>() + ' ' + std::to_string(count) + '\n';
+}
+
+/// Lines of a TickRecord that lies `at` bytes from the structure's begin.
+std::string tick_lines(const char* structure, std::size_t at) {
+  std::string lines;
+  for (const tools::TickField& field : tools::kTickFields) {
+    if (field.page.empty()) continue;
+    lines.append(structure).append(" ").append(field.page).append(" ");
+    lines.append(std::to_string(at + field.offset)).append(" ").append(field.type).append(" ");
+    lines.append(std::to_string(field.count)).append("\n");
+  }
+  return lines;
 }
 
 }  // namespace
@@ -153,44 +160,12 @@ void ViewCore::step() {
   step.report_goal_contact = input.report_goal_contact != 0;
   const StepResult made = core_->step(step);
   judge_.take(made);
-  take(made);
-}
-
-void ViewCore::take(const StepResult& step) {
-  result = {};
-  result.status = static_cast<std::uint32_t>(step.status);
-  result.flags = step.flags;
-  result.state_hash = step.state_hash;
-  put(step.wrench_w.force_w, result.force_w_n);
-  put(step.wrench_w.torque_w, result.torque_w_nm);
-  put(step.goal_pose_wa.p_wa, result.goal_p_wa_m);
-  put(step.goal_pose_wa.q_wa, result.goal_q_wa_xyzw);
-  put(step.proxy_pose_wa.p_wa, result.proxy_p_wa_m);
-  put(step.proxy_pose_wa.q_wa, result.proxy_q_wa_xyzw);
-  const Vec3 grip_a = vector_in(scene.grip_a_m);
-  put(step.goal_pose_wa.p_wa + step.goal_pose_wa.q_wa * grip_a, result.goal_grip_w_m);
-  put(step.proxy_pose_wa.p_wa + step.proxy_pose_wa.q_wa * grip_a, result.proxy_grip_w_m);
-  result.proxy_gap_m = static_cast<double>(step.proxy_gap_m);
-  result.potential_j = static_cast<double>(step.potential_j);
-  result.energy_j = static_cast<double>(step.energy_j);
-  result.d_near_m = static_cast<double>(step.d_near_m);
-  result.situation = static_cast<std::uint32_t>(step.situation);
-  result.near_count = step.near_count;
-  result.nearest_pair = step.nearest_pair;
-  result.has_goal_contact = step.has_goal_contact ? 1 : 0;
-  result.behind_ticks = step.behind_ticks;
-  result.work_units = step.counters.work_units;
+  result = tools::record_of(input.sequence, 1e-9 * static_cast<double>(input.stamp_ns), made,
+                            view_.parameters().law, vector_in(scene.grip_a_m));
+  result.device_wa = step.pose_wa;
   result.felt_planes = core_->felt_contact().plane_count;
   result.felt_points = core_->felt_contact().point_count;
-  felt_wa_ = step.proxy_pose_wa;
-  if (const Guidance& guide = step.guidance; guide.state != GuideState::kNone) {
-    put(guide.wrench_w.force_w, result.guide_force_w_n);
-    put(guide.wrench_w.torque_w, result.guide_torque_w_nm);
-    result.guide_to_go_m = static_cast<double>(guide.cost_m);
-    result.guide_off_m = static_cast<double>(guide.off_m);
-    result.guide_state = static_cast<std::uint32_t>(guide.state);
-    result.guide_station = guide.station;
-  }
+  felt_wa_ = made.proxy_pose_wa;
 }
 
 void ViewCore::reset() {
@@ -209,7 +184,7 @@ void ViewCore::describe_scene() {
 
 void ViewCore::describe_guide() {
   answer.clear();
-  answer.text = legs_.place(static_cast<GuideState>(result.guide_state), result.guide_station);
+  answer.text = legs_.place(result.guide.state, result.guide.station);
 }
 
 void ViewCore::describe_verdict() {
@@ -470,11 +445,9 @@ void ViewCore::describe_marked(std::uint32_t index, std::uint32_t node) {
 
 std::string layout_text() {
   const ViewInput in;
-  const ViewResult out;
   const ViewScene facts;
   std::string text;
 #define HAPTIC_VIEW_IN(member) text += member_line("input", in, #member, in.member)
-#define HAPTIC_VIEW_OUT(member) text += member_line("result", out, #member, out.member)
 #define HAPTIC_VIEW_SCENE(member) text += member_line("scene", facts, #member, facts.member)
   HAPTIC_VIEW_IN(p_wa_m);
   HAPTIC_VIEW_IN(q_wa_xyzw);
@@ -487,35 +460,7 @@ std::string layout_text() {
   HAPTIC_VIEW_IN(clutched);
   HAPTIC_VIEW_IN(switches);
   HAPTIC_VIEW_IN(report_goal_contact);
-  HAPTIC_VIEW_OUT(force_w_n);
-  HAPTIC_VIEW_OUT(torque_w_nm);
-  HAPTIC_VIEW_OUT(goal_p_wa_m);
-  HAPTIC_VIEW_OUT(goal_q_wa_xyzw);
-  HAPTIC_VIEW_OUT(proxy_p_wa_m);
-  HAPTIC_VIEW_OUT(proxy_q_wa_xyzw);
-  HAPTIC_VIEW_OUT(goal_grip_w_m);
-  HAPTIC_VIEW_OUT(proxy_grip_w_m);
-  HAPTIC_VIEW_OUT(proxy_gap_m);
-  HAPTIC_VIEW_OUT(potential_j);
-  HAPTIC_VIEW_OUT(energy_j);
-  HAPTIC_VIEW_OUT(d_near_m);
-  HAPTIC_VIEW_OUT(state_hash);
-  HAPTIC_VIEW_OUT(status);
-  HAPTIC_VIEW_OUT(flags);
-  HAPTIC_VIEW_OUT(situation);
-  HAPTIC_VIEW_OUT(near_count);
-  HAPTIC_VIEW_OUT(nearest_pair);
-  HAPTIC_VIEW_OUT(has_goal_contact);
-  HAPTIC_VIEW_OUT(behind_ticks);
-  HAPTIC_VIEW_OUT(work_units);
-  HAPTIC_VIEW_OUT(felt_planes);
-  HAPTIC_VIEW_OUT(felt_points);
-  HAPTIC_VIEW_OUT(guide_force_w_n);
-  HAPTIC_VIEW_OUT(guide_torque_w_nm);
-  HAPTIC_VIEW_OUT(guide_to_go_m);
-  HAPTIC_VIEW_OUT(guide_off_m);
-  HAPTIC_VIEW_OUT(guide_state);
-  HAPTIC_VIEW_OUT(guide_station);
+  text += tick_lines("result", 0);
   HAPTIC_VIEW_SCENE(k_t_n_per_m);
   HAPTIC_VIEW_SCENE(k_r_nm_per_rad);
   HAPTIC_VIEW_SCENE(damping_ns_per_m);
@@ -536,8 +481,12 @@ std::string layout_text() {
   HAPTIC_VIEW_SCENE(work_units);
   HAPTIC_VIEW_SCENE(max_work_units);
   HAPTIC_VIEW_SCENE(scalar_bytes);
+  const tools::LiveState live;
+  text += tick_lines("live", offsetof(tools::LiveState, record));
+  text += member_line("live", live, "hand_stamp", live.hand_stamp);
+  text += member_line("live", live, "is_over", live.is_over);
+  text += member_line("live", live, "knows_felt", live.knows_felt);
 #undef HAPTIC_VIEW_IN
-#undef HAPTIC_VIEW_OUT
 #undef HAPTIC_VIEW_SCENE
   return text;
 }

@@ -16,6 +16,7 @@
 #include "tools/c_space/c_obstacle.hpp"
 #include "tools/plan/guide_legs.hpp"
 #include "tools/verdict/session_judge.hpp"
+#include "tools/verdict/tick_record.hpp"
 
 namespace haptic::sim {
 
@@ -29,26 +30,6 @@ struct ViewInput {
   std::uint64_t sequence = 0;
   std::uint32_t twist_valid = 0, accepted_valid = 0, clutched = 0, switches = 0;
   std::uint32_t report_goal_contact = 0;  ///< StepInput::report_goal_contact
-};
-
-/// Output of one tick: StepResult in plain numbers.
-struct ViewResult {
-  double force_w_n[3] = {};                              ///< on the hand
-  double torque_w_nm[3] = {};                            ///< about the grip point
-  double goal_p_wa_m[3] = {}, goal_q_wa_xyzw[4] = {};    ///< the device's part
-  double proxy_p_wa_m[3] = {}, proxy_q_wa_xyzw[4] = {};  ///< the part as it is felt
-  double goal_grip_w_m[3] = {}, proxy_grip_w_m[3] = {};  ///< the two points of C-space
-  double proxy_gap_m = 0, potential_j = 0, energy_j = 0;
-  double d_near_m = 0;  ///< not a number where the goal pose was not searched
-  std::uint64_t state_hash = 0;
-  std::uint32_t status = 0, flags = 0, situation = 0, near_count = 0;
-  std::uint32_t nearest_pair = 0, has_goal_contact = 0, behind_ticks = 0;
-  std::uint32_t work_units = 0;
-  std::uint32_t felt_planes = 0, felt_points = 0;
-  // Guide of the scene (GuideState 0: without): what leads the hand besides force_w_n.
-  double guide_force_w_n[3] = {}, guide_torque_w_nm[3] = {};
-  double guide_to_go_m = 0, guide_off_m = 0;
-  std::uint32_t guide_state = 0, guide_station = 0;
 };
 
 /// Facts about the scene.
@@ -150,7 +131,7 @@ class ViewCore {
   void describe_marked(std::uint32_t pair, std::uint32_t node);
 
   ViewInput input;
-  ViewResult result;
+  tools::TickRecord result;  ///< of the last tick, with what is felt
   ViewScene scene;
   ViewAnswer answer;
 
@@ -159,7 +140,6 @@ class ViewCore {
   [[nodiscard]] std::vector<std::uint32_t> held_pairs() const;
   [[nodiscard]] std::vector<std::uint32_t> near_pairs();
   void describe_obstacle(std::uint32_t pair, const Pose& pose_wa);
-  void take(const StepResult& step);
 
   struct Free {
     void operator()(std::byte* bytes) const noexcept;
@@ -177,8 +157,9 @@ class ViewCore {
   ContactGeometry contact_;
 };
 
-/// A line for each member of the three structures: structure, name, offset, type (f64, i64, u64,
-/// u32), count, with blanks between.
+/// A line for each member of the structures input, result, scene and live (LiveState of
+/// tools/live/live_state.hpp, the message of a live session): structure, name, offset, type (f64,
+/// i64, u64, u32), count, with blanks between. Names of result and live are those of kTickFields.
 [[nodiscard]] std::string layout_text();
 
 }  // namespace haptic::sim

@@ -146,8 +146,9 @@ TEST_SUITE("host_sim.guide_words") {
     CHECK(loop_csv(records).find("guide") == std::string::npos);
     std::vector<TickRecord> ticks;
     for (const LoopRecord& record : records) ticks.push_back(record.tick);
-    CHECK(tick_csv(ticks).starts_with(std::string(kTickCsvHeader) + kPoseCsvHeader + "\n"));
-    CHECK(tick_csv(ticks, legs).starts_with(std::string(kTickCsvHeader) + ",guide,"));
+    CHECK(tick_csv(ticks).starts_with(tick_columns(TickTable::kCsv) +
+                                      tick_columns(TickTable::kCsvPoses) + "\n"));
+    CHECK(tick_csv(ticks, legs).starts_with(tick_columns(TickTable::kCsv) + ",guide,"));
   }
 
   TEST_CASE("guide: topic and MCAP say the same") {
@@ -155,7 +156,7 @@ TEST_SUITE("host_sim.guide_words") {
     const GuideLegs legs(subject().view);
     std::size_t on = 0;
     for (const LoopRecord& record : records) {
-      const std::string message = tick_message(Topic::kGuide, live_state(record), legs);
+      const std::string message = tick_message(Topic::kGuide, record.tick, legs);
       REQUIRE_FALSE(message.empty());
       const auto json = nlohmann::json::parse(message);
       const TickGuide& guide = record.tick.guide;
@@ -163,8 +164,7 @@ TEST_SUITE("host_sim.guide_words") {
       CHECK(json["force_n"]["x"] == guide.force_n[0]);
       CHECK(json["legs"] == 4);
       on += json["state"] == "on" ? 1u : 0u;
-      CHECK(
-          tick_message(Topic::kGuide, live_state(record), GuideLegs(subject().plain.view)).empty());
+      CHECK(tick_message(Topic::kGuide, record.tick, GuideLegs(subject().plain.view)).empty());
       const auto schema =
           nlohmann::json::parse(topics()[static_cast<std::size_t>(Topic::kGuide)].schema);
       for (const auto& [key, value] : json.items()) CHECK(schema["properties"].contains(key));

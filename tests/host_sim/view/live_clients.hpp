@@ -67,9 +67,10 @@ class ServedBoard {
       tick.state_hash = tick.sequence = published;
       tick.marks = published == 0 ? std::uint64_t{kMarkReset} : 0;
       LiveState state;
-      state.t_s = 1e-3 * static_cast<double>(published);
-      state.force_n[2] = static_cast<double>(published);
-      state.situation = published % 1000 < 500 ? 0 : 5;
+      state.record.t_s = 1e-3 * static_cast<double>(published);
+      state.record.force_n[2] = static_cast<double>(published);
+      state.record.situation =
+          published % 1000 < 500 ? ContactSituation::kNone : ContactSituation::kFaceFace;
       writer.publish(tick, state);
       ++published;
     }

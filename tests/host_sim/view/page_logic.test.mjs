@@ -311,17 +311,26 @@ test("words: flags, lengths and round numbers", () => {
   near(roundBelow(25), 20);
 });
 
+/** As the core's module states it; here of some members. */
+const kLiveLayout = {
+  force_w_n: { offset: 0, type: "f64", count: 3 },
+  state_hash: { offset: 24, type: "u64", count: 1 },
+  situation: { offset: 32, type: "u32", count: 1 },
+  is_over: { offset: 36, type: "u32", count: 1 },
+};
+const kStateBytes = 40;
+
 /** A message of the live server with `count` ticks from `first` on; those in `resets` start again. */
 function chunkOf(first, count, written, resets = []) {
-  const view = new DataView(new ArrayBuffer(24 + 320 + 184 * count));
-  view.setUint32(0, 0x31564c48, true);
+  const view = new DataView(new ArrayBuffer(24 + kStateBytes + 184 * count));
+  view.setUint32(0, 0x32564c48, true);
   view.setUint32(4, count, true);
   view.setBigUint64(8, BigInt(first), true);
   view.setBigUint64(16, BigInt(written), true);
-  view.setFloat64(24 + 128, 5, true);  // force along x
-  view.setUint32(24 + 224, 3, true);  // situation
+  view.setFloat64(24, 5, true);  // force along x
+  view.setUint32(24 + 32, 3, true);  // situation
   for (let k = 0; k < count; ++k) {
-    const at = 24 + 320 + 184 * k;
+    const at = 24 + kStateBytes + 184 * k;
     [1, 2, 3, 0, 0, 0, 1, 7].forEach((value, i) => view.setFloat64(at + 8 + 8 * i, value, true));
     view.setFloat64(at + 112 + 40, 9, true);  // turn about z
     view.setBigUint64(at + 160, BigInt(first + k), true);
@@ -332,19 +341,19 @@ function chunkOf(first, count, written, resets = []) {
 }
 
 test("live: a message is read, one that is cut or foreign is not", () => {
-  const chunk = new Chunk(chunkOf(4, 2, 9));
+  const chunk = new Chunk(chunkOf(4, 2, 9), kLiveLayout);
   assert.deepEqual([chunk.ticks, chunk.first, chunk.written], [2, 4, 9]);
-  assert.deepEqual(chunk.state.force, [5, 0, 0]);
+  assert.deepEqual(chunk.state.force_w_n, [5, 0, 0]);
   assert.equal(chunk.state.situation, 3);
   assert.deepEqual(chunk.pose(1), { p: [1, 2, 3], q: [0, 0, 0, 1] });
   assert.deepEqual(chunk.accepted(0), [7, 0, 0, 0, 0, 0]);
   assert.equal(chunk.hash(1), 5n);
   assert.equal(chunk.resets(0), false);
   assert.deepEqual([chunk.sequence(1), chunk.twist(0), chunk.clutched(0)], [101n, undefined, false]);
-  assert.deepEqual(new Chunk(chunkOf(4, 2, 9, [5])).twist(1), [0, 0, 0, 0, 0, 9]);
-  assert.throws(() => new Chunk(chunkOf(4, 2, 9).slice(0, 400)), /load the page again/);
-  assert.throws(() => new Chunk(new ArrayBuffer(10)), /load the page again/);
-  assert.throws(() => new Chunk(new ArrayBuffer(272)), /load the page again/);
+  assert.deepEqual(new Chunk(chunkOf(4, 2, 9, [5]), kLiveLayout).twist(1), [0, 0, 0, 0, 0, 9]);
+  assert.throws(() => new Chunk(chunkOf(4, 2, 9).slice(0, 400), kLiveLayout), /load the page again/);
+  assert.throws(() => new Chunk(new ArrayBuffer(10), kLiveLayout), /load the page again/);
+  assert.throws(() => new Chunk(new ArrayBuffer(72), kLiveLayout), /load the page again/);
   assert.equal(new DataView(askMessage(7)).getBigUint64(8, true), 7n);
   const hand = new DataView(handMessage({ p: [1, 2, 3], q: [0, 0, 0.6, 0.8] }, 99));
   assert.deepEqual([8, 24, 56, 64].map((at) => hand.getFloat64(at, true)), [1, 3, 0.8, 99]);
@@ -378,11 +387,11 @@ test("live: compared from the first tick on; a gap ends that until the next begi
 
 test("live: who attaches late, or falls behind, goes to the newest tick; a begin on the way is taken", () => {
   const account = new Account("");
-  const late = new Chunk(chunkOf(5000, 3, 70000));
+  const late = new Chunk(chunkOf(5000, 3, 70000), kLiveLayout);
   assert.ok(account.skips(late));
-  assert.ok(!account.skips(new Chunk(chunkOf(69990, 3, 70000))));
-  assert.ok(!account.skips(new Chunk(chunkOf(5000, 3, 70000, [5001]))));
-  assert.ok(!account.skips(new Chunk(chunkOf(0, 3, 70000, [0]))));
+  assert.ok(!account.skips(new Chunk(chunkOf(69990, 3, 70000), kLiveLayout)));
+  assert.ok(!account.skips(new Chunk(chunkOf(5000, 3, 70000, [5001]), kLiveLayout)));
+  assert.ok(!account.skips(new Chunk(chunkOf(0, 3, 70000, [0]), kLiveLayout)));
   assert.equal(account.tick(70000, false), Next.lost);
   assert.match(account.why, /attached at tick 70000/);
   // Catching up with the last minute is no reason to skip; falling behind later is.

@@ -136,8 +136,8 @@ TEST_SUITE("host_sim.live_server") {
       REQUIRE(chunk.head.magic == ChunkHead{}.magic);
       REQUIRE(chunk.head.first == next);
       REQUIRE_FALSE(chunk.ticks.empty());
-      CHECK(chunk.state.tick + 1 == chunk.head.written);
-      CHECK(chunk.state.force_n[2] == static_cast<double>(chunk.state.tick));
+      CHECK(chunk.state.record.tick + 1 == chunk.head.written);
+      CHECK(chunk.state.record.force_n[2] == static_cast<double>(chunk.state.record.tick));
       for (std::size_t i = 0; i < chunk.ticks.size(); ++i)
         REQUIRE(chunk.ticks[i].state_hash == next + i);
       CHECK(((chunk.ticks[0].marks & kMarkReset) != 0) == (next == 0));
@@ -177,7 +177,7 @@ TEST_SUITE("host_sim.live_server") {
       CHECK(reader.copy(from, out) <= out.size());
     }
     for (const Topic topic : kTickTopics)
-      static_cast<void>(tick_message(topic, reader.newest(), GuideLegs()));
+      static_cast<void>(tick_message(topic, reader.newest().record, GuideLegs()));
   }
 
   TEST_CASE("the hand of a page: taken where the session takes one") {

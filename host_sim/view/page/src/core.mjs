@@ -13,6 +13,25 @@ const kReaders = {
   u32: { bytes: 4, get: "getUint32", set: "setUint32" },
 };
 
+/** The members of a structure that begins at byte `at`. @param {DataView} view @param {number} at
+ *  @param {Record<string, Member>} members @returns {Fields} */
+export function fieldsAt(view, at, members) {
+  /** @type {Fields} */
+  const fields = {};
+  for (const [name, member] of Object.entries(members)) {
+    const reader = /** @type {any} */ (kReaders)[member.type];
+    const value = (/** @type {number} */ k) =>
+      /** @type {any} */ (view)[reader.get](at + member.offset + k * reader.bytes, true);
+    fields[name] = member.count === 1 ? value(0) : Array.from({ length: member.count }, (_, k) => value(k));
+  }
+  return fields;
+}
+
+/** Bytes of a structure without gaps. @param {Record<string, Member>} members */
+export function bytesOf(members) {
+  return Object.values(members).reduce((bytes, { type, count }) => bytes + count * /** @type {any} */ (kReaders)[type].bytes, 0);
+}
+
 /** A scene that the core refuses, in words for people. */
 export class SceneRefused extends Error {}
 
@@ -28,7 +47,7 @@ export class Core {
     this.wasm = exports;
     exports._initialize();
     /** @type {Record<string, Record<string, Member>>} */
-    this.layout = { input: {}, result: {}, scene: {} };
+    this.layout = { input: {}, result: {}, scene: {}, live: {} };
     for (const line of this.text(exports.view_layout()).trim().split("\n")) {
       const [structure, name, offset, type, count] = line.split(" ");
       this.layout[structure][name] = { offset: Number(offset), type, count: Number(count) };
@@ -57,17 +76,7 @@ export class Core {
   /** @param {"input" | "result" | "scene"} structure @returns {Fields} */
   read(structure) {
     const at = this.wasm[`view_${structure}`]();
-    const view = new DataView(this.wasm.memory.buffer);
-    /** @type {Fields} */
-    const fields = {};
-    for (const [name, member] of Object.entries(this.layout[structure])) {
-      const reader = /** @type {any} */ (kReaders)[member.type];
-      const value = (/** @type {number} */ k) =>
-        /** @type {any} */ (view)[reader.get](at + member.offset + k * reader.bytes, true);
-      fields[name] =
-        member.count === 1 ? value(0) : Array.from({ length: member.count }, (_, k) => value(k));
-    }
-    return fields;
+    return fieldsAt(new DataView(this.wasm.memory.buffer), at, this.layout[structure]);
   }
 
   /** One member of the result without the others. @param {string} name */

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // A session that runs while the page is open: the messages of the live server (tools/live/live_protocol.hpp,
 // live_board.hpp), and what of the ticks can be computed again and compared.
+import { bytesOf, fieldsAt } from "./core.mjs";
 import type { Pose, Quat, Vec } from "./messages";
 
 export const kLiveProtocol = "haptic.live.v1";
 
-const kMagic = 0x31564c48;
+const kMagic = 0x32564c48;
 const kHeadBytes = 24;
-const kStateBytes = 320;
 const kTickBytes = 184;
 const kMarkReset = 1n, kMarkAccepted = 2n, kMarkTwist = 4n, kMarkClutched = 8n;
 /** A page that was up to date and is so far behind gives up the ticks between. */
@@ -20,19 +20,8 @@ export interface LiveFacts {
   whyNotCompared: string;
 }
 
-/** The newest tick in the words of the core that ran it. */
-export interface LiveState {
-  felt: Pose;
-  knowsFelt: boolean;
-  force: Vec;
-  torque: Vec;
-  situation: number;
-  flags: number;
-  status: number;
-  work: number;
-  handStamp: number;
-  isOver: boolean;
-}
+/** Members of the newest tick (LiveState of tools/live/live_state.hpp), as the core's module states their layout. */
+export type LiveLayout = Record<string, { offset: number; type: string; count: number }>;
 
 export class Chunk {
   readonly ticks: number;
@@ -40,12 +29,14 @@ export class Chunk {
   /** ticks of the session so far */
   readonly written: number;
   private readonly view: DataView;
+  private readonly begin: number;
 
-  constructor(bytes: ArrayBuffer) {
+  constructor(bytes: ArrayBuffer, private readonly layout: LiveLayout) {
     this.view = new DataView(bytes);
-    const whole = bytes.byteLength >= kHeadBytes + kStateBytes && this.view.getUint32(0, true) === kMagic;
+    this.begin = kHeadBytes + bytesOf(layout);
+    const whole = bytes.byteLength >= this.begin && this.view.getUint32(0, true) === kMagic;
     this.ticks = whole ? this.view.getUint32(4, true) : -1;
-    if (bytes.byteLength !== kHeadBytes + kStateBytes + this.ticks * kTickBytes)
+    if (bytes.byteLength !== this.begin + this.ticks * kTickBytes)
       throw new Error("the server sent what this page cannot read; load the page again");
     this.first = Number(this.view.getBigUint64(8, true));
     this.written = Number(this.view.getBigUint64(16, true));
@@ -54,25 +45,13 @@ export class Chunk {
   private doubles(at: number, count: number): number[] {
     return Array.from({ length: count }, (_, k) => this.view.getFloat64(at + 8 * k, true));
   }
-  get state(): LiveState {
-    const at = kHeadBytes;
-    const word = (k: number) => this.view.getUint32(at + 224 + 4 * k, true);
-    return {
-      felt: { p: this.doubles(at + 72, 3) as Vec, q: this.doubles(at + 96, 4) as Quat },
-      force: this.doubles(at + 128, 3) as Vec,
-      torque: this.doubles(at + 152, 3) as Vec,
-      handStamp: this.view.getFloat64(at + 216, true),
-      situation: word(0),
-      flags: word(1),
-      status: word(2),
-      work: word(3),
-      isOver: word(4) !== 0,
-      knowsFelt: word(5) !== 0,
-    };
+  /** The newest tick in the words of the core that ran it. */
+  get state(): Record<string, any> {
+    return fieldsAt(this.view, kHeadBytes, this.layout);
   }
 
   private at(k: number): number {
-    return kHeadBytes + kStateBytes + k * kTickBytes;
+    return this.begin + k * kTickBytes;
   }
   stampNs(k: number): bigint {
     return this.view.getBigInt64(this.at(k), true);
@@ -198,6 +177,7 @@ export class LiveLink {
 
   constructor(
     private readonly url: string,
+    private readonly layout: LiveLayout,
     private readonly first: () => number,
     private readonly take: (chunk: Chunk) => number,
     private readonly tell: (isOpen: boolean) => void,
@@ -214,7 +194,7 @@ export class LiveLink {
       this.tell(true);
       socket.send(askMessage(this.first()));
     };
-    socket.onmessage = (event: MessageEvent<ArrayBuffer>) => socket.send(askMessage(this.take(new Chunk(event.data))));
+    socket.onmessage = (event: MessageEvent<ArrayBuffer>) => socket.send(askMessage(this.take(new Chunk(event.data, this.layout))));
     socket.onclose = () => {
       this.isOpen = false;
       this.tell(false);

@@ -4,7 +4,7 @@
 import { Core, SceneRefused } from "./core.mjs";
 import { Hand } from "./hand";
 import { Account, handMessage, LiveLink, Next, restartMessage } from "./live";
-import type { Chunk, LiveState } from "./live";
+import type { Chunk } from "./live";
 import type { FromWorker, LiveOrder, Mode, Picture, Pose, SceneFacts, ToWorker, Vec, Verdict } from "./messages";
 import { DamagedPage, Recording } from "./recording";
 import { isMarked } from "./words";
@@ -56,7 +56,7 @@ class Runner {
   private handAt = 0;
   private link: LiveLink | null = null;
   private account = new Account("");
-  private said: LiveState | null = null;
+  private said: Record<string, any> | null = null;
   private behind = 0;
   /** of the whole recording */
   private recordedVerdict: Verdict | null = null;
@@ -164,7 +164,7 @@ class Runner {
     this.account = new Account(live.whyNotCompared);
     const lamp = () => {
       const { checked, differs, why } = this.account;
-      const state = { isOpen: this.link?.isOpen ?? false, isOver: this.said?.isOver ?? false, why };
+      const state = { isOpen: this.link?.isOpen ?? false, isOver: (this.said?.is_over ?? 0) !== 0, why };
       post({ kind: "lamp", checked, total: checked + this.behind, differs, live: state });
     };
     const take = (chunk: Chunk) => {
@@ -173,13 +173,13 @@ class Runner {
       lamp();
       return skips ? chunk.written - 1 : this.account.ask(chunk.written);
     };
-    this.link = new LiveLink(live.url, () => this.account.expected, take, lamp);
+    this.link = new LiveLink(live.url, this.core.layout.live, () => this.account.expected, take, lamp);
   }
 
   private takeLive(chunk: Chunk, skips: boolean): void {
     this.said = chunk.state;
-    this.urgent ||= this.said.handStamp !== this.handAt;
-    this.handAt = this.said.handStamp;
+    this.urgent ||= this.said.hand_stamp !== this.handAt;
+    this.handAt = this.said.hand_stamp;
     this.dirty = true;
     if (skips) return;
     for (let k = 0; k < chunk.ticks; ++k) {
@@ -189,7 +189,8 @@ class Runner {
         this.samples = [];
         this.cut = true;
         // A part that is pressed onto another must have been outside before.
-        if (next === Next.lost && this.said.knowsFelt) this.step(this.said.felt, 0n, false);
+        if (next === Next.lost && this.said.knows_felt !== 0)
+          this.step({ p: this.said.proxy_p_wa_m, q: this.said.proxy_q_wa_xyzw }, 0n, false);
       }
       this.tick = Number(chunk.sequence(k));
       this.step(chunk.pose(k), chunk.stampNs(k), k === chunk.ticks - 1, {
@@ -389,8 +390,8 @@ class Runner {
     const result = this.core.read("result") as Record<string, any>;
     // What is not computed from all that the session's core was given is shown in that core's own words.
     if (this.said && this.account.why) {
-      const { force, torque, situation, flags, status, work } = this.said;
-      Object.assign(result, { force_w_n: force, torque_w_nm: torque, situation, flags, status, work_units: work });
+      const { force_w_n, torque_w_nm, situation, flags, status, nodes_evaluated } = this.said;
+      Object.assign(result, { force_w_n, torque_w_nm, situation, flags, status, work_units: nodes_evaluated });
     }
     const samples = new Float32Array(this.samples);
     this.samples = [];
