@@ -46,7 +46,7 @@ void append_cell(std::string& csv, const TickRecord& tick, const TickField& fiel
     case TickKind::kSituation:
       csv += to_text(tick.situation);
       break;
-    case TickKind::kStatus:
+    case TickKind::kRtStatus:
       csv += to_text(tick.status);
       break;
     case TickKind::kGuideState:

@@ -130,7 +130,7 @@ Json field_json(const TickRecord& tick, const TickField& field, const GuideLegs&
       return hash_text(count_of(tick, field));
     case TickKind::kFlags:
       return flag_names(tick.flags);
-    case TickKind::kStatus:
+    case TickKind::kRtStatus:
       return to_text(tick.status);
     case TickKind::kSituation:
       return to_text(tick.situation);

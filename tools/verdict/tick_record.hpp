@@ -100,7 +100,7 @@ enum class TickKind : std::uint8_t {
   kCount,
   kHash,  ///< 16 hexadecimal digits
   kFlags,
-  kStatus,
+  kRtStatus,
   kSituation,
   kGuideState,
   kGuidePlace,
@@ -111,7 +111,7 @@ enum class TickKind : std::uint8_t {
 
 /// Tables that show fields of a tick.
 enum class TickTable : std::uint8_t {
-  kNone,
+  kNoTable,
   kCsv,       ///< first columns of a line
   kCsvGuide,  ///< columns of a scene with a guide
   kCsvPoses,  ///< columns of the poses
@@ -125,7 +125,7 @@ enum class TickTable : std::uint8_t {
 /// A field's place in a table, from 0 on, and its column or key there; columns of a vector with
 /// commas between. A place never changes: a new one is the table's next.
 struct TickPlace {
-  TickTable table = TickTable::kNone;
+  TickTable table = TickTable::kNoTable;
   std::uint8_t place = 0;
   std::string_view name{};
 };
@@ -192,7 +192,7 @@ inline constexpr auto kTickFields = std::to_array({
                 HAPTIC_AT(kContact, 4, "d_near_m")),
     HAPTIC_TICK(state_hash, kHash, "", "state_hash", "state_hash", HAPTIC_AT(kCsv, 9, "state_hash"),
                 HAPTIC_AT(kCounters, 2, "state_hash")),
-    HAPTIC_TICK(status, kStatus, "", "status", kNotInC),
+    HAPTIC_TICK(status, kRtStatus, "", "status", kNotInC),
     HAPTIC_TICK(flags, kFlags, "", "flags", "flags", HAPTIC_AT(kCsv, 8, "flags"),
                 HAPTIC_AT(kContact, 1, "flags")),
     HAPTIC_TICK(situation, kSituation, "", "situation", "situation", HAPTIC_AT(kCsv, 5, "state"),
