@@ -105,7 +105,7 @@ struct LoopRecord {
 [[nodiscard]] std::string loop_csv_header();
 /// Appends one line of the CSV, without its end.
 void append_loop_row(std::string& csv, const LoopRecord& record);
-/// What ends each line: the columns of the guide where there is one, and those that came later.
+/// The end of each line: the columns of the guide where there is one, and those that came later.
 [[nodiscard]] std::string last_columns(const GuideLegs& legs);
 void append_last_cells(std::string& csv, const TickRecord& tick, const GuideLegs& legs);
 /// CSV of a run; LF.

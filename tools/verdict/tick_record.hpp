@@ -242,7 +242,7 @@ inline constexpr auto kTickFields = std::to_array({
 #undef HAPTIC_AT
 #undef HAPTIC_TICK
 
-/// Whether the fields are all members, one behind the other.
+/// True where the fields are all members, one behind the other.
 [[nodiscard]] constexpr bool covers_record() {
   std::size_t end = 0;
   for (const TickField& field : kTickFields) {
