@@ -16,13 +16,13 @@ constexpr Real kSamePlaneChord = HAPTIC_REAL_IS_FLOAT ? 1.0e-3_r : 1.0e-6_r;
 
 void DirectWrench::place(Arena& arena, const SceneView& scene) noexcept {
   const SceneCapacity& c = scene.header().capacity;
-  if (!kSceneTraits.is_law(scene.parameters().law, LawId::kPaper)) return;
   joined_ = arena.take<bool>(c.pair_count);
   const std::size_t near_nodes = std::size_t{c.max_near_nodes} + c.pair_count;
   points_ = BoundedList<Vec3>(arena.take<Vec3>(near_nodes));
 }
 
 void DirectWrench::read_scene(const SceneView& scene, bool has_seams) noexcept {
+  law_ = scene.parameters().law;
   k_f_n_per_m_ = static_cast<Real>(scene.parameters().k_f_n_per_m);
   has_seams_ = has_seams;
 }
@@ -71,6 +71,18 @@ ContactPatch DirectWrench::gather(const ContactSet& set, std::uint32_t first) no
   return contact;
 }
 
+/// The wrench of one contact, by the scene's law.
+Wrench DirectWrench::wrench_of(const ContactPatch& contact,
+                               const HullScratch& hull) const noexcept {
+  switch (law_) {
+    case LawId::kPaper:
+      return paper_wrench(contact, points_.view(), k_f_n_per_m_, contact.size_m, hull);
+    case LawId::kProxy:
+      break;  // not by contacts at the goal
+  }
+  return {};
+}
+
 DirectForce DirectWrench::of(const ContactSet& set, const HullScratch& hull) noexcept {
   DirectForce total;
   const auto count = static_cast<std::uint32_t>(set.patches.size());
@@ -78,7 +90,7 @@ DirectForce DirectWrench::of(const ContactSet& set, const HullScratch& hull) noe
   for (std::uint32_t i = 0; i < count; ++i) {
     if (joined_[i]) continue;
     const ContactPatch contact = gather(set, i);
-    const Wrench wrench = paper_wrench(contact, points_.view(), k_f_n_per_m_, contact.size_m, hull);
+    const Wrench wrench = wrench_of(contact, hull);
     total.hull_points = std::max(total.hull_points, points_.size());
     total.wrench_w.force_w += wrench.force_w;
     total.wrench_w.torque_w += wrench.torque_w;

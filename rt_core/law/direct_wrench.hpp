@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Law paper: from the contacts at the goal pose to one wrench, pair by pair.
+/// Laws but proxy: from the contacts at the goal pose to one wrench, pair by pair.
 
 #include <cstdint>
 
@@ -28,7 +28,10 @@ class DirectWrench {
   [[nodiscard]] bool joins(const ContactPatch& patch, const ContactPatch& leader) const noexcept;
   [[nodiscard]] ContactPatch gather(const ContactSet& set, std::uint32_t first) noexcept;
   void add_points(std::span<const Vec3> points, Real merge_distance_m) noexcept;
+  [[nodiscard]] Wrench wrench_of(const ContactPatch& contact,
+                                 const HullScratch& hull) const noexcept;
 
+  LawId law_ = LawId::kPaper;
   Real k_f_n_per_m_ = 0;
   bool has_seams_ = false;
   std::span<bool> joined_;    ///< per patch: a contact has it

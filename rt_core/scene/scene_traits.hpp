@@ -54,6 +54,14 @@ struct SceneTraits {
   [[nodiscard]] constexpr bool has_law(LawId id) const noexcept {
     return (laws & law_set(id)) != 0;
   }
+  /// True if the wrench of a scene of law `law` is one of the contacts at the goal pose: of every
+  /// law but proxy.
+  [[nodiscard]] constexpr bool is_at_goal(LawId law) const noexcept {
+    return has_laws_at_goal() && !is_law(law, LawId::kProxy);
+  }
+  [[nodiscard]] constexpr bool has_laws_at_goal() const noexcept {
+    return (laws & ~law_set(LawId::kProxy)) != 0;
+  }
 };
 
 }  // namespace haptic

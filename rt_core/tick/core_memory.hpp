@@ -36,7 +36,7 @@ struct CoreMemory {
   GoalStage goal;
   GoalContactStage goal_contact;
   FreeMotion free_motion;      ///< law kProxy only
-  DirectWrench direct_wrench;  ///< law kPaper only
+  DirectWrench direct_wrench;  ///< laws but kProxy
   OutputStage output;
   GuideStage* guide = nullptr;  ///< law kProxy, of a scene with a guide; else null
 

@@ -68,11 +68,9 @@ void GoalContactStage::place(Arena& arena, const SceneView& scene, bool searches
   room_.near = BoundedList<NearNode>(arena.take<NearNode>(near_nodes));
   room_.contact_nodes = BoundedList<std::uint32_t>(arena.take<std::uint32_t>(near_nodes));
   candidates_ = BoundedList<Candidate>(arena.take<Candidate>(pairs));
-  const bool is_proxy = kSceneTraits.is_law(scene.parameters().law, LawId::kProxy);
-  const std::uint32_t patches = kMergesPatches && !is_proxy ? pairs : 0;
-  patches_ = BoundedList<ContactPatch>(arena.take<ContactPatch>(patches));
-  const bool is_paper = kSceneTraits.is_law(scene.parameters().law, LawId::kPaper);
-  points_ = BoundedList<Vec3>(arena.take<Vec3>(is_paper ? near_nodes : 0));
+  const bool is_at_goal = kSceneTraits.is_at_goal(scene.parameters().law);
+  patches_ = BoundedList<ContactPatch>(arena.take<ContactPatch>(is_at_goal ? pairs : 0));
+  points_ = BoundedList<Vec3>(arena.take<Vec3>(is_at_goal ? near_nodes : 0));
 }
 
 void GoalContactStage::read_scene(const SceneView& scene,
@@ -407,7 +405,7 @@ std::uint32_t GoalContactStage::touch(std::uint32_t index, const PairPose& pose)
                                           room_.contact_nodes, several_planes);
   patch.near_begin = pair.near_begin;
   patch.near_count = pair.near_count;
-  const bool is_paper = kSceneTraits.is_law(law_, LawId::kPaper);
+  const bool is_at_goal = kSceneTraits.is_at_goal(law_);
   // Where pieces meet, all nodes may lie past the ends of their features: another piece touches.
   const bool elsewhere =
       pair.has_hidden && std::none_of(nodes.begin(), nodes.end(), [&](const NearNode& n) {
@@ -416,18 +414,18 @@ std::uint32_t GoalContactStage::touch(std::uint32_t index, const PairPose& pose)
   if (elsewhere) {
     room_.contact_nodes.truncate(pair.contact_begin);
     pair.situation = ContactSituation::kNone;
-    if (is_paper) return 0;
+    if (is_at_goal) return 0;
   } else {
     pair.contact_count = room_.contact_nodes.size() - pair.contact_begin;
     pair.situation = settled_situation(nodes, pair.d_near_m, epsilon_m_, pair.situation);
   }
-  if (is_paper) {
+  if (is_at_goal) {
     collect_points(nodes, epsilon_m_, points_, patch);
     patch.situation = several_planes ? ContactSituation::kSeveralPlanes
                                      : situation_of(nodes, pair.d_near_m, epsilon_m_, 1);
   }
   if (kMergesPatches) static_cast<void>(patches_.push(patch));
-  return is_paper && several_planes ? std::uint32_t{kFlagSeveralPlanes} : 0u;
+  return is_at_goal && several_planes ? std::uint32_t{kFlagSeveralPlanes} : 0u;
 }
 
 PairReport GoalContactStage::report(std::uint32_t index) const noexcept {

@@ -22,7 +22,7 @@ namespace haptic {
 
 /// What an image may do without: patches are merged by the laws but the proxy's, hulls are formed
 /// by them and for who asks for the contact's geometry.
-inline constexpr bool kMergesPatches = kSceneTraits.has_law(LawId::kPaper);
+inline constexpr bool kMergesPatches = kSceneTraits.has_laws_at_goal();
 inline constexpr bool kFormsHulls = kMergesPatches || kSceneTraits.contact_geometry;
 
 /// Work of a search, and the flags that it sets.
@@ -43,7 +43,7 @@ struct ContactSet {
   std::uint32_t near_count = 0;                          ///< of the pair that is felt
   std::span<const NearNode> near;                        ///< of all pairs
   std::span<const ContactPatch> patches;  ///< of the colliding pairs, but of law kProxy
-  std::span<const Vec3> points;           ///< law kPaper: application points of all patches
+  std::span<const Vec3> points;           ///< application points of all patches
   SearchWork work;
 };
 
