@@ -31,8 +31,8 @@ class DirectWrench {
   [[nodiscard]] Wrench wrench_of(const ContactPatch& contact,
                                  const HullScratch& hull) const noexcept;
 
-  LawId law_ = LawId::kPaper;
   Real k_f_n_per_m_ = 0;
+  LawId law_ = LawId::kPaper;
   bool has_seams_ = false;
   std::span<bool> joined_;    ///< per patch: a contact has it
   BoundedList<Vec3> points_;  ///< of the contact at hand
