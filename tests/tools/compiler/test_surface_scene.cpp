@@ -22,6 +22,10 @@ using haptic::sim::test::ScratchFolder;
 
 namespace {
 
+/// What rounding may leave: of unit vectors at a right angle, and of a height in parts of 1 cm.
+constexpr Real kAligned = HAPTIC_REAL_IS_FLOAT ? 1e-6_r : 1e-12_r;
+constexpr Real kRounding_m = HAPTIC_REAL_IS_FLOAT ? 1e-8_r : 1e-15_r;
+
 /// A unit square of two triangles in z = 0, folded up along its diagonal by `rise`, open all round.
 void write_sheet(const std::string& path, double rise) {
   std::ofstream(path) << "v 0 0 0\nv 1 0 0\nv 1 1 " << rise << "\nv 0 1 0\nf 1 2 4\nf 2 3 4\n";
@@ -111,14 +115,15 @@ TEST_SUITE("tools.surface_scene") {
         std::uint32_t ways = 0;
         CHECK(facet.all_at_edge(e, [&](const Vec3& way) {
           CHECK(way.norm() == doctest::Approx(1.0));
-          CHECK(std::abs(way.dot(ConstVec3Map(facet.edge_directions[e].unit))) < 1e-12);
+          CHECK(std::abs(way.dot(ConstVec3Map(facet.edge_directions[e].unit))) < kAligned);
           return ++ways > 0;
         }));
         folds += ways == 2 ? 1 : 0;
         // The side's plane: away from the facet, through both ends of the edge.
         const std::uint32_t side = facet.face_count + e;
         for (std::uint32_t v = 0; v < facet.vertex_count; ++v) {
-          CHECK(facet.plane_normal(side).dot(facet.vertex(v)) <= facet.plane_offset(side) + 1e-15);
+          CHECK(facet.plane_normal(side).dot(facet.vertex(v)) <=
+                facet.plane_offset(side) + kRounding_m);
         }
       }
       CHECK(folds == 1);
