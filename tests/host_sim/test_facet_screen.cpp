@@ -128,7 +128,7 @@ TEST_SUITE("host_sim.facet_screen") {
       if (!bench.certify(q, dx_m, dtheta_rad)) continue;
       bool is_free = true;
       for (int k = 1; k <= kSamples && is_free; ++k) {
-        const Real share = static_cast<Real>(k) / kSamples;
+        const Real share = static_cast<Real>(k) / static_cast<Real>(kSamples);
         const GripPose at = moved(bench.p, share * dx_m, share * dtheta_rad);
         const double apart_m = bench.least_distance(at, false);
         CHECK(apart_m >= static_cast<double>(kLeast_m - kDip_m) * (1 - 1e-6));
