@@ -177,7 +177,8 @@ TEST_CASE("what a file is, by its content") {
       {"Parts of 2026, drawn\n", "a text that begins with 'Parts of ,'"},
       {std::string("\0\1\2", 3), "a file of an unknown kind"}};
   for (const auto& [content, says] : rows) {
-    CAPTURE(content);
+    const auto& tried = content;
+    CAPTURE(tried);
     CHECK(kind_text(content) == says);
   }
 }
@@ -212,7 +213,8 @@ TEST_CASE("a folder of results that holds files of another kind under these name
       {"accept --damaged 0 --out @dir", "accept.json"},
       {"verify --queries 1 --ticks 0 --near-poses 0 --out @dir", "verify.json"}};
   for (const auto& [words, name] : rows) {
-    CAPTURE(words);
+    const std::string said = words;
+    CAPTURE(said);
     const std::string file = kinds.at("dir/") + name;
     fs::create_directories(kinds.at("dir"));
     write(file, "v 0 0 0\nv 1 0 0\n");
@@ -244,7 +246,8 @@ TEST_CASE("every output of every program keeps files of other kinds, and replace
       const bool own = output.kind != nullptr && kind == output.kind;
       if (own && !output.runs) continue;
       if (!own && ++met % period != 0) continue;
-      INFO(output.program, " ", words, " over ", kind);
+      const std::string over = kind;
+      INFO(output.program, " ", words, " over ", over);
       fs::copy_file(kinds.at(name), out, fs::copy_options::overwrite_existing);
       const std::string before = text_of_file(out);
       const ProgramResult run = run_program(output.program, words);

@@ -130,7 +130,8 @@ TEST_SUITE("tools.scene_draft") {
                                {std::hypot(3.2, 3.2, 1.3), std::hypot(3, 3, 5)},
                                {std::hypot(2, 2, 2), std::hypot(2, 2, 3)},
                                {std::hypot(2, 2, 5), std::hypot(5, 5, 0.3)}}) {
-      CAPTURE(a);
+      const auto& first = a;
+      CAPTURE(first);
       CHECK(guessed_unit(std::array{a, b}).scale_to_m == 0.001);
     }
     CHECK(guessed_unit(std::array{2.12, 4.7}).scale_to_m == 0.0254);
@@ -201,7 +202,8 @@ TEST_SUITE("tools.scene_draft") {
         {bench.folder.file("none.urdf") + "#tool", "none.urdf"},
         {bench.folder.file("none.urdf"), "none.urdf"}};
     for (const auto& [given, says] : refusals) {
-      CAPTURE(given);
+      const auto& tried = given;
+      CAPTURE(tried);
       const ProgramResult r =
           run_program(HAPTIC_GRAPH_COMPILER,
                       "init " + given + " " + bench.hole + " -o " + bench.folder.file("t.toml"));

@@ -414,7 +414,8 @@ TEST_SUITE("tools.urdf_link") {
              joint("k", "arm", "finger"),
          "r.urdf:2: xyz of <origin> is '1 2'; give 3 numbers"}};
     for (const auto& [joints, says] : refusals) {
-      CAPTURE(joints);
+      const std::string& tried = joints;
+      CAPTURE(tried);
       std::string said;
       try {
         robot_mesh_of(jointed(joints), "r.urdf", ".");

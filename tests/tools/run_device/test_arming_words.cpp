@@ -45,7 +45,8 @@ TEST_SUITE("tools.run_device.arming_words") {
                                      {kFaultEnvelope, "orientation"},
                                      {kFaultJump, "[limits] jump_speed_m_per_s"},
                                      {kFaultEmergencyStop, "[switches] emergency_stop"}}) {
-      CAPTURE(key);
+      const auto& named = key;
+      CAPTURE(named);
       const std::string fix = fix_text(fault, ArmingNews{});
       CHECK((has(fix, key) || has(fix, std::string(key).substr(7))));
     }

@@ -159,7 +159,8 @@ TEST_SUITE("tools.session_judge") {
         {kFlagBehind, WhyNot::kBehind},    {kFlagSaturated, WhyNot::kSaturated},
         {kFlagRamping, WhyNot::kRamped}};
     for (const auto& [flag, why] : reasons) {
-      CAPTURE(to_text(why));
+      const auto reason = to_text(why);
+      CAPTURE(reason);
       SessionJudge judge;
       take(judge, 99, pressed_tick());
       judge.take(flagged_tick(flag));
