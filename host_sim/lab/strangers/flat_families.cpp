@@ -241,7 +241,8 @@ StrangerPair draw_drawer(Seeded& random, double clearance_mm) {
 
 StrangerPair draw_battery_tray(Seeded& random, double clearance_mm) {
   constexpr double kSizes[3][2] = {{7.25, 49}, {5.25, 43}, {9, 62}};
-  const auto [radius, length] = kSizes[random.below(3)];
+  const auto& size = kSizes[random.below(3)];
+  const double radius = size[0], length = size[1];
   const std::uint32_t facets = facets_of(radius, random.uniform(0.02, 0.08));
   const double c = clearance_mm, whole = length + 1.4;
   const Rotation lying(Eigen::AngleAxisd(pi / 2, Vector::UnitY()));
