@@ -17,6 +17,8 @@ namespace {
 
 constexpr std::uint64_t kPassivitySeed = 0xE4E6;
 constexpr std::int64_t kTick_ns = 1'000'000;
+/// Debt that may be rounding, of each joule stored: 10 000 roundings, 1.2 mJ in single precision.
+constexpr double kRounding_j_per_j = 1.0e4 * static_cast<double>(kRealEpsilon);
 
 struct PassivityRandom : test::Random {
   using test::Random::Random;
@@ -77,8 +79,10 @@ TEST_SUITE("rt_core.passivity") {
     const double debt = 4.0e-3 - 1.0e-3 - 0.25 * 1.0e-6 / 2.0e-3 - 0.05 * 16.0e-6 / 2.0e-3;
     CHECK(out.debt_j == doctest::Approx(debt).epsilon(1e-5));
     REQUIRE(out.acted);
-    // Less than a quarter of twice the kinetic energy, 0.25 (1 0.25 + 0.02 4): all of it at once.
-    const double part = debt / (0.25 * 0.33) * 0.25 / 2.0e-3;
+    // Less than a quarter of twice the kinetic energy, 0.25 (1 0.25 + 0.02 4): all of it at once,
+    // but for the rounding of the 5 mJ that the spring holds at both ends.
+    const double ignored = kRounding_j_per_j * (3.0e-3 + 2.0e-3);
+    const double part = (debt - ignored) / (0.25 * 0.33) * 0.25 / 2.0e-3;
     CHECK(static_cast<double>(out.alpha_ns_per_m) == doctest::Approx(part).epsilon(1e-4));
     CHECK(static_cast<double>(out.wrench_w.force_w.x()) ==
           doctest::Approx(100.0 - part * 0.5).epsilon(1e-4));
@@ -125,7 +129,8 @@ TEST_SUITE("rt_core.passivity") {
     CHECK(out.wrench_w.force_w.x() < wall.in.command_w.force_w.x());  // inwards it brakes
     wall.go(1.0e-5, true);  // outwards the damper would pull
     out = passivity.update(wall.in);
-    CHECK(out.wrench_w.force_w.x() <= 1.0e-6_r);
+    // The damper of 25 N s/m takes 50 N off a pull of 0.1 N: less than a rounding of that is left.
+    CHECK(out.wrench_w.force_w.x() <= (HAPTIC_REAL_IS_FLOAT ? 50 * kRealEpsilon : 1.0e-6_r));
     PassivityRandom random(kPassivitySeed);
     double before = 1.0;
     for (int tick = 0; tick < 1000; ++tick) {
@@ -187,8 +192,9 @@ TEST_SUITE("rt_core.passivity") {
         largest_j = std::max(largest_j, passivity.update(wall.in).debt_j);
       }
       CAPTURE(clips);
-      // What the first ticks at the limit leave; the spring holds 0.2 J, the work is 0.1 J.
-      CHECK(largest_j < 2.0e-4);
+      // What the first ticks at the limit leave; the spring holds 0.2 J, the work is 0.1 J. What
+      // may be rounding of that spring, before and after a tick, is not paid.
+      CHECK(largest_j < 2.0e-4 + kRounding_j_per_j * 0.4);
     }
   }
 
