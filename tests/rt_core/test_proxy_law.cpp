@@ -267,8 +267,18 @@ TEST_SUITE("rt_core.proxy_law") {
       const ProxyTick tick = whole.tick(goal);
       for (std::uint32_t pass = 0; pass < tick.work.passes; ++pass)
         static_cast<void>(cut.tick(goal));
-      REQUIRE(whole.proxy.pose().x0_w == cut.proxy.pose().x0_w);
-      REQUIRE(whole.proxy.pose().q_wa.coeffs() == cut.proxy.pose().q_wa.coeffs());
+      const GripPose &one = whole.proxy.pose(), &other = cut.proxy.pose();
+      if (kSingle) {
+        // Rounding of places leaves gaps a share of the tolerance deep, which a pass closes by what
+        // those before it in its tick have gained: a pass that is a tick closes none.
+        const double tolerance_m = static_cast<double>(whole.parameters.scale.tolerance_m);
+        REQUIRE(length_of(one.x0_w - other.x0_w) <= tolerance_m);
+        REQUIRE(static_cast<double>(one.q_wa.angularDistance(other.q_wa)) <=
+                tolerance_m / static_cast<double>(whole.parameters.radius_m));
+        continue;
+      }
+      REQUIRE(one.x0_w == other.x0_w);
+      REQUIRE(one.q_wa.coeffs() == other.q_wa.coeffs());
     }
   }
 
@@ -376,7 +386,8 @@ TEST_SUITE("rt_core.proxy_law") {
       if (k > 20) felt = std::max(felt, length_of(result.wrench_w.torque_w) / k_r);
     }
     CHECK(felt < (kSingle ? 1e-4 : 1e-9));
-    CHECK(std::abs(result.proxy_pose_wa.q_wa.w()) > 1 - 1e-9_r);
+    // In single precision within a few roundings of the largest w there is.
+    CHECK(std::abs(result.proxy_pose_wa.q_wa.w()) > 1 - (kSingle ? 4 * kRealEpsilon : 1e-9_r));
     CHECK(length_of(result.goal_pose_wa.p_wa - Vec3(0.8_r, 0, 0)) < 1e-6);
   }
 
