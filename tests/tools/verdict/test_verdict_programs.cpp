@@ -234,7 +234,11 @@ TEST_SUITE("tools.verdict_programs") {
     check_failed(c.replay(), "ticks behind: [budget] work_units = 800 helps");
     check_failed_json(c.replay("--json"), "behind");
     check_failed(c.motion_for(), "ticks behind: [budget] work_units = 200 helps");
-    check_failed(c.run("--hand firm"), "ticks behind: [budget] work_units = 200 helps");
+    // In single precision its tolerance is 64 roundings of the scene, several times that of double,
+    // and the surfaces take more passes: more than a tenth of the ticks are behind.
+    check_failed(c.run("--hand firm"), HAPTIC_REAL_IS_FLOAT
+                                           ? "ticks behind: [budget] work_units = 800 helps"
+                                           : "ticks behind: [budget] work_units = 200 helps");
     check_failed_json(c.run("--hand firm --json"), "behind");
   }
 
