@@ -171,6 +171,13 @@ std::vector<NumberField> numbers_in(const std::string& section) {
 /// coordinate only, of which a component of a centre may be a small share: top five.
 bool is_low_bit(const Region& region, std::size_t byte, unsigned bit) {
   const std::size_t in_element = (byte - region.begin) % region.element_bytes;
+  // A height that is stated in double, and told and used as the nearest Real.
+  constexpr std::size_t kClimb =
+      offsetof(SceneParameters, coupling) + offsetof(CouplingParameters, climb_m);
+  if (sizeof(Real) == sizeof(float) && region.name == "parameters" && in_element >= kClimb &&
+      in_element < kClimb + sizeof(double)) {
+    return 8 * (in_element - kClimb) + bit < 52 - 23;
+  }
   for (const NumberField& field : numbers_in(region.name)) {
     if (in_element < field.offset || in_element >= field.offset + field.width * field.count) {
       continue;
