@@ -348,7 +348,12 @@ TEST_SUITE("tools.part_kinds") {
     for (const double scale : {1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3}) {
       CAPTURE(scale);
       const ScratchFolder folder("kinds");
-      CHECK(refusal_of(scene_of_meshes(folder, ring(), cube(), scale, 3 * scale)) == "");
+      const std::string refusal =
+          refusal_of(scene_of_meshes(folder, ring(), cube(), scale, 3 * scale));
+      // Its pieces have faces of a few ten-millionths of its size, the digits of the file; in
+      // single precision those are rounding at some scales, which is said.
+      const bool is_rounding = HAPTIC_REAL_IS_FLOAT && contains(refusal, "is as thin as rounding");
+      if (!is_rounding) CHECK(refusal == "");
     }
   }
 

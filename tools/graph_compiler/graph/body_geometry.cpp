@@ -264,7 +264,19 @@ void check_geometry(const BodyGeometry& geometry, std::size_t index, const Piece
                           vertices[loop[k]] - vertices[loop[0]]);
     }
     if (!(dot(area, n) > 0)) {
-      throw InputError(place + ": face " + std::to_string(f) +
+      // Of a face no wider than rounding the corners may come to lie in any order.
+      Wide around = 0;
+      for (std::uint32_t k = 0; k < face.loop_count; ++k) {
+        const Wide3 side = vertices[loop[k]] - vertices[loop[k == 0 ? face.loop_count - 1 : k - 1]];
+        around += std::sqrt(dot(side, side));
+      }
+      const std::string text = place + ": face " + std::to_string(f);
+      if (dot(area, n) > -tolerance * around) {
+        throw InputError(text + " is as thin as rounding (" +
+                         metres(static_cast<double>(tolerance)) + "); simplify the part" +
+                         (HAPTIC_REAL_IS_FLOAT ? ", or build for double precision" : ""));
+      }
+      throw InputError(text +
                        " is not counter-clockwise seen from outside; turn its loop or its sign");
     }
   }
