@@ -94,7 +94,9 @@ class Fit {
     const EnvelopeParameters& box = q_.scene.envelope;
     double wanted_m = 0;
     for (int k = 0; k < 3; ++k) wanted_m = std::max(wanted_m, 0.5 * (box.max_m[k] - box.min_m[k]));
-    if ((box.given & kWorkspaceGiven) == 0 || !(reach_m > 0) || !(wanted_m > reach_m)) return;
+    // The device's radius is known to half a rounding of Real: what that reaches is reached.
+    const bool reaches = !(wanted_m > reach_m * (1 + static_cast<double>(kRealEpsilon) / 2));
+    if ((box.given & kWorkspaceGiven) == 0 || !(reach_m > 0) || reaches) return;
     note("the device reaches " + number(reach_m) + " m of the scene to either side" + at_scale() +
          ", whose workspace needs " + number(wanted_m) + " m; [workspace] scale = " +
          number(wanted_m / static_cast<double>(device_.workspace_radius_m)) + " would reach it");
