@@ -204,7 +204,8 @@ TEST_SUITE("tools.compile_scene") {
            "[rendering]\nk_f_n_per_m = 800\n";
     const CompiledScene compiled = compile_file(folder.file("scene.toml"));
     REQUIRE(compiled.parts[1].surface);
-    CHECK(compiled.parts[1].surface->facets == 4);
+    // In single precision coordinates of a millimetre round by 6e-11 m: the fold is none.
+    CHECK(compiled.parts[1].surface->facets == (HAPTIC_REAL_IS_FLOAT ? 3 : 4));
     facts_of_compiled(compiled);
   }
 
