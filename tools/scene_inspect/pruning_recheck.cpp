@@ -19,6 +19,14 @@ namespace {
 constexpr double kNarrower_rad = sizeof(Real) == sizeof(double) ? 1.0e-6 : 1.0e-3;
 constexpr double kSmaller = sizeof(Real) == sizeof(double) ? 1.0e-9 : 1.0e-5;
 
+/// Lengths that are none between the pieces of a body. In single precision a bevel may be as small
+/// as the 256 roundings of body_tolerance, and planes beside an edge would seem to hold it: 16,
+/// where stored vertices and planes are off by a few.
+double exposure_tolerance(const SceneView& view, std::uint32_t body) {
+  constexpr double kShare = HAPTIC_REAL_IS_FLOAT ? 1.0 / 16 : 1.0;
+  return kShare * body_tolerance(view, body);
+}
+
 ConvexPiece piece_of(const PieceView& view) {
   ConvexPiece piece;
   for (std::uint32_t v = 0; v < view.vertex_count; ++v) {
@@ -238,7 +246,7 @@ PruningRecheck recheck_pruning(const SceneView& view) {
   PruningRecheck result;
   result.has_facets = view.has_facets();
   for (std::uint32_t b = 0; b < view.bodies().size(); ++b) {
-    for (PieceExposure& exposure : exposure_of_body(view, b, body_tolerance(view, b))) {
+    for (PieceExposure& exposure : exposure_of_body(view, b, exposure_tolerance(view, b))) {
       result.pieces.push_back(hidden_of(exposure));
       result.exposure.push_back(std::move(exposure));
     }
