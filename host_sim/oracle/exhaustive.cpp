@@ -67,7 +67,10 @@ Wide largest_ratio(const OraclePiece& a, const OraclePiece& b, const OraclePose&
 
 Precision precision_of_real() {
   if constexpr (sizeof(Real) == sizeof(double)) return {0x1p-52L, 1.5e-8L, 1e-12L, 1e-12L};
-  return {0x1p-23L, 2.4e-4L, 1e-5L, 1e-5L};
+  // The search takes heights for rounding up to 64 roundings of the sum of two radii, at most twice
+  // the size: in single precision motions meet that band. Two unit directions, each off by a few
+  // roundings, turn the normal of their cross product by as many over the sine.
+  return {0x1p-23L, 2.4e-4L, 1e-5L, 1e-5L, 128, 4};
 }
 
 void count_edge_pair(const PlacedPair& placed, std::uint32_t edge_a, std::uint32_t edge_b,
@@ -79,9 +82,10 @@ void count_edge_pair(const PlacedPair& placed, std::uint32_t edge_a, std::uint32
   const WideVec m = cross(u, v);
   // Rounding of the tested arithmetic moves heights over m by at most about this (lengths and
   // heights <= size).
-  const Wide slack = 8 * precision.unit_roundoff * size_m * norm(u) * norm(v);
+  const Wide rounding = precision.unit_roundoff * size_m * norm(u) * norm(v);
+  const Wide slack = 8 * rounding;
   Wide n_sign = 1, worst = 0;
-  if (!orient(placed, ea, eb, m, slack, n_sign, worst)) return;
+  if (!orient(placed, ea, eb, m, precision.height_roundings * rounding, n_sign, worst)) return;
   const Wide m_norm = norm(m);
   const Wide sine = m_norm / (norm(u) * norm(v));
   // The tested arithmetic knows the sine to a few roundings: at the limit it may see a node or
@@ -92,7 +96,9 @@ void count_edge_pair(const PlacedPair& placed, std::uint32_t edge_a, std::uint32
   const Wide value = placed.gap_along(n, b0);
   const WideVec w = placed.va[ea.vertex[0]] - b0;
   const Wide turn = 4 * precision.unit_roundoff / sine * norm(w);
-  if (sine >= precision.parallel_sine) truth.reference_m = std::max(truth.reference_m, value);
+  if (sine >= precision.parallel_sine && worst <= slack) {
+    truth.reference_m = std::max(truth.reference_m, value);
+  }
   truth.upper_m = std::max(truth.upper_m, value + turn);
   if (worst < -slack && sine > precision.optional_sine * 1.001L)
     truth.lower_m = std::max(truth.lower_m, value - turn);

@@ -28,6 +28,11 @@ struct Precision {
   Wide optional_sine = 0;
   Wide parallel_sine = 0;   ///< edges with a smaller sine of their angle carry no type C node
   Wide relative_depth = 0;  ///< allowed error of D_near, in sizes
+  /// Heights up to so many roundings of the size may be rounding to the tested arithmetic, which
+  /// then counts a pair of edges by the gap along its normal.
+  Wide height_roundings = 8;
+  /// By how many roundings, over the sine, the value of one pair of edges may be off, in sizes.
+  Wide value_roundings = 0;
 };
 
 [[nodiscard]] Precision precision_of_real();

@@ -22,15 +22,18 @@ std::vector<bool> live_nodes(const PairView& pair) {
 }
 
 /// Range of the depth of a colliding pair: over its live nodes those that must count, and those
-/// that may, as applicability goes within `slack_m`. Where none may, it is that of all nodes.
-void measure_live(const std::vector<NodeValue>& nodes, const std::vector<bool>& live, Wide slack_m,
-                  PairTruth& truth) {
+/// that may, as applicability goes within the allowed error of D_near. Where none may, it is that
+/// of all nodes. `size_m`: of the pair.
+void measure_live(const std::vector<NodeValue>& nodes, const std::vector<bool>& live, Wide size_m,
+                  const Precision& precision, PairTruth& truth) {
+  const Wide slack_m = precision.relative_depth * size_m;
   constexpr Wide kNone = -std::numeric_limits<Wide>::infinity();
   Wide lower = kNone, upper = kNone;
   for (const NodeValue& node : nodes) {
     if (!live[node.node] || node.violation_m > slack_m) continue;
-    upper = std::max(upper, node.depth_m);
-    if (node.violation_m < -slack_m) lower = std::max(lower, node.depth_m);
+    const Wide turn_m = precision.value_roundings * precision.unit_roundoff / node.sine * size_m;
+    upper = std::max(upper, node.depth_m + turn_m);
+    if (node.violation_m < -slack_m) lower = std::max(lower, node.depth_m - turn_m);
   }
   if (upper == kNone) return;
   truth.lower_m = lower;
@@ -77,8 +80,8 @@ void SceneOracle::evaluate(const Pose& pose_wa, std::vector<PairVerdict>& verdic
     verdicts[k].truth =
         search_pair(pieces_[pair.piece_a], pieces_[pair.piece_b], pose, size, precision);
     if (!pair.live.empty() && verdicts[k].truth.reference_m <= 0) {
-      measure_live(all_nodes(pieces_[pair.piece_a], pieces_[pair.piece_b], pose), pair.live,
-                   precision.relative_depth * size, verdicts[k].truth);
+      measure_live(all_nodes(pieces_[pair.piece_a], pieces_[pair.piece_b], pose), pair.live, size,
+                   precision, verdicts[k].truth);
     }
     verdicts[k].tolerance_m =
         precision.relative_depth * size +
