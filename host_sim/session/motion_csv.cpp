@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/session/motion_csv.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -132,6 +133,9 @@ MotionSample make_sample(const std::string& path, std::size_t number,
   return sample;
 }
 
+/// Times that a sample is written and read until its digits stay.
+constexpr int kMostTurns = 16;
+
 void append_fixed(std::string& text, double value, int digits) {
   // Longest: 309 digits before the point.
   std::array<char, 340> buffer{};
@@ -159,11 +163,22 @@ std::vector<MotionSample> as_written(const std::vector<MotionSample>& motion) {
   std::vector<MotionSample> written;
   written.reserve(motion.size());
   std::string line;
-  for (const MotionSample& sample : motion) {
+  const auto read_back = [&](const MotionSample& sample) {
     line.clear();
     append_sample(line, sample);
-    written.push_back(make_sample("the motion", written.size() + 1,
-                                  parse_line("the motion", written.size() + 1, line)));
+    return make_sample("the motion", written.size() + 1,
+                       parse_line("the motion", written.size() + 1, line));
+  };
+  for (const MotionSample& sample : motion) {
+    MotionSample read = read_back(sample);
+    // A quaternion brought to unit length may round to other digits than those that it was read
+    // from. Each turn brings its digits nearer to unit length, so few turns suffice.
+    for (int turn = 0; turn < kMostTurns; ++turn) {
+      const MotionSample again = read_back(read);
+      if (std::ranges::equal(again.q_wxyz, read.q_wxyz)) break;
+      read = again;
+    }
+    written.push_back(read);
   }
   return written;
 }
