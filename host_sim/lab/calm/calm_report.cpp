@@ -20,7 +20,8 @@ constexpr double kOff_m = 0.002;  ///< above the surface at the start
 constexpr double kClearance_m = 1.0e-4, kHoleDepth_m = 0.040;
 /// What is left of settling where the encoder is exact.
 constexpr double kSettled_n = 1.0e-3;
-constexpr double kRounding_n = 1.0e-9;
+/// Beyond the budget forces go up to 100 N: 2^-24 of it in single precision.
+constexpr double kRounding_n = HAPTIC_REAL_IS_FLOAT ? 100 * 0x1p-24 : 1.0e-9;
 const DeviceModel kDevice{};
 
 struct Stage {
