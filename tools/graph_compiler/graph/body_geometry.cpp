@@ -264,7 +264,7 @@ void check_geometry(const BodyGeometry& geometry, std::size_t index, const Piece
                           vertices[loop[k]] - vertices[loop[0]]);
     }
     if (!(dot(area, n) > 0)) {
-      // Of a face no wider than rounding the corners may come to lie in any order.
+      // The corners of a face no wider than rounding may come to lie in any order.
       Wide around = 0;
       for (std::uint32_t k = 0; k < face.loop_count; ++k) {
         const Wide3 side = vertices[loop[k]] - vertices[loop[k == 0 ? face.loop_count - 1 : k - 1]];
