@@ -14,10 +14,8 @@ constexpr double kPressed_s = 0.2, kBegin_s = 0.4;
 /// Once the spring is stretched by friction the part slides for so long, but no farther and no less
 /// far than this.
 constexpr double kSlide_s = 0.8, kMost_m = 0.04, kLeast_m = 0.004;
-/// Part of that way over which the force is judged, and by how much it may be off. In single
-/// precision the part stands in up to one tick of four (kFlagProxyLimited), in double in none: at
-/// 5 mm/s the spring gets 5 um longer in it, which is 7 % of the least friction here, 0.07 N.
-constexpr double kFrom = 0.5, kTo = 0.95, kOff = HAPTIC_REAL_IS_FLOAT ? 0.08 : 0.05;
+/// Part of that way over which the force is judged, and by how much it may be off.
+constexpr double kFrom = 0.5, kTo = 0.95, kOff = 0.05;
 constexpr double kMostBehind = 1e-3;
 constexpr double kTooMuch = 1.25;
 constexpr std::uint32_t kFewUnits = 50;
