@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// A tick as whoever watches a session is told of it.
+/// A tick as the viewers of a session get it.
 
 #include <cstdint>
 
