@@ -18,7 +18,8 @@ namespace haptic::sim {
 namespace {
 
 constexpr double kClearance_mm = 0.1, kLimitsPlanning_s = 120;
-constexpr double kFaultStrength = 40, kFaultEnergy = 0.01;
+/// The hostile hand of some plans gets hold of a ten-thousandth of the energy stated.
+constexpr double kFaultStrength = 40, kFaultEnergy = 1.0e-5;
 /// Of the guide's pull, how far it may lead a hand that holds the peg on the way.
 constexpr double kLed = 2;
 
