@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -23,6 +24,19 @@ constexpr double kNsPerSecond = 1.0e9;
 constexpr double kDegradedShare = 0.5;
 
 std::string number(double value) { return short_number(value, 4); }
+
+/// From a number of four digits to the next one.
+constexpr double kOneDigit = 1 + 5.1e-4;
+
+/// A number to advise as it is printed: not below, or not above, what would do.
+std::string at_least(double value) {
+  const std::string text = number(value);
+  return std::stod(text) < value ? number(value * kOneDigit) : text;
+}
+std::string at_most(double value) {
+  const std::string text = number(value);
+  return std::stod(text) > value ? number(value / kOneDigit) : text;
+}
 
 bool differs(double one, double other) {
   return one > 0 && other > 0 && std::abs(one - other) > kSameDevice * std::max(one, other);
@@ -99,7 +113,7 @@ class Fit {
     if ((box.given & kWorkspaceGiven) == 0 || !(reach_m > 0) || reaches) return;
     note("the device reaches " + number(reach_m) + " m of the scene to either side" + at_scale() +
          ", whose workspace needs " + number(wanted_m) + " m; [workspace] scale = " +
-         number(wanted_m / static_cast<double>(device_.workspace_radius_m)) + " would reach it");
+         at_least(wanted_m / static_cast<double>(device_.workspace_radius_m)) + " would reach it");
   }
 
   /// Rates of the scene, of the loop and of the reports, against one another.
@@ -157,9 +171,8 @@ class Fit {
     answer_.refusal = std::string("the device would feel a ") + what + " of " + number(felt) + " " +
                       unit + at_scale() + ", more than the " + number(most) +
                       " that it states as its largest; compile the scene with a " + what +
-                      " of at most " + number(most / square()) +
-                      ", or give [workspace] scale = " + number(q_.scale * std::sqrt(most / felt)) +
-                      " or less";
+                      " of at most " + at_most(most / square()) + ", or give [workspace] scale = " +
+                      at_most(q_.scale * std::sqrt(most / felt)) + " or less";
   }
 
   /// The scene's parameters with the connected device in them.

@@ -252,6 +252,40 @@ TEST_SUITE("tools.run_device.fit") {
     CHECK_FALSE(says(fit_of(q, c), "would reach it"));
   }
 
+  TEST_CASE("a scale that is advised is not advised again, whatever digits it has") {
+    const auto advised = [](const std::string& text) {
+      const std::string key = "[workspace] scale = ";
+      const std::size_t at = text.find(key);
+      REQUIRE(at != std::string::npos);
+      return std::stod(text.substr(at + key.size()));
+    };
+    int rounded = 0;
+    for (int k = 0; k < 40; ++k) {
+      CAPTURE(k);
+      FitQuestion reach = modest_question();
+      hal::DeviceCapabilities c = stated_device();
+      c.workspace_radius_m = 0.04_r;
+      reach.scene.envelope.given = kWorkspaceGiven;
+      reach.scene.envelope.max_m[1] = 0.2 + 0.001237 * k;
+      std::string note;
+      for (const std::string& text : fit_of(reach, c).notes)
+        if (text.find("would reach it") != std::string::npos) note = text;
+      reach.scale = advised(note);
+      CHECK_FALSE(says(fit_of(reach, c), "would reach it"));
+
+      FitQuestion stiff = modest_question();
+      stiff.accept_unbudgeted = true;
+      c.max_stiffness_n_per_m = 700 - static_cast<Real>(1.37 * k);
+      const std::string refusal = fit_of(stiff, c).refusal;
+      stiff.scale = advised(refusal);
+      CHECK(fit_of(stiff, c).refusal == "");
+      const double exact = std::sqrt((700 - 1.37 * k) / 800);
+      rounded += std::abs(stiff.scale - exact) > 1e-9 ? 1 : 0;
+      CHECK(stiff.scale == doctest::Approx(exact).epsilon(1.1e-3));
+    }
+    CHECK(rounded > 30);
+  }
+
   TEST_CASE("a device without motors fits everything") {
     hal::DeviceCapabilities c;
     c.sensed_dof = hal::kDofAll;
