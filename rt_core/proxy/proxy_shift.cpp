@@ -21,8 +21,11 @@ namespace haptic {
 namespace {
 
 /// Shares of the tolerance: the lift that is left, so that no point sinks, and what a point may
-/// sink below it or be lifted beyond.
-constexpr Real kLiftShare = 0.25_r, kSinkShare = 0.125_r, kMoreLift = 0.25_r;
+/// sink below it or be lifted beyond. A slip of less than lift / mu costs as much by its lift as it
+/// gains. The tolerance of single precision is so wide that a smaller share has to do: eight
+/// roundings of the largest coordinate. With two a groove is felt 1.5 % too smooth.
+constexpr Real kLiftShare = sizeof(Real) == sizeof(float) ? 0.125_r : 0.25_r;
+constexpr Real kSinkShare = 0.125_r, kMoreLift = 0.25_r;
 /// A point that comes by less than this share of the goal's way is held up by more than its
 /// friction, or about to slide.
 constexpr Real kHardlySlides = 0.25_r;

@@ -41,8 +41,9 @@ struct PegRow {
   }
 };
 
+/// Each of the two is known to `still`.
 bool halves(double coarse, double fine, double still, double least) {
-  return coarse < still || coarse >= least * fine;
+  return coarse < still || coarse + still >= least * fine;
 }
 
 bool continuous(const PegRun& coarse, const PegRun& fine, const ClearanceLimits& limits) {
