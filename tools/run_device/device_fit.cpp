@@ -25,17 +25,17 @@ constexpr double kDegradedShare = 0.5;
 
 std::string number(double value) { return short_number(value, 4); }
 
-/// From a number of four digits to the next one.
-constexpr double kOneDigit = 1 + 5.1e-4;
+/// From a number of four digits to the next one. What a device states is known to a rounding.
+constexpr double kOneDigit = 1 + 5.1e-4, kStated = static_cast<double>(kRealEpsilon);
 
 /// A number to advise as it is printed: not below, or not above, what would do.
 std::string at_least(double value) {
   const std::string text = number(value);
-  return std::stod(text) < value ? number(value * kOneDigit) : text;
+  return std::stod(text) < value * (1 - kStated) ? number(value * kOneDigit) : text;
 }
 std::string at_most(double value) {
   const std::string text = number(value);
-  return std::stod(text) > value ? number(value / kOneDigit) : text;
+  return std::stod(text) > value * (1 + kStated) ? number(value / kOneDigit) : text;
 }
 
 bool differs(double one, double other) {
