@@ -28,7 +28,7 @@ function(haptic_foreign_peer name module source)
       target_compile_options(${target} PRIVATE ${flags})
       target_link_libraries(${target} PRIVATE haptic_warnings)
       # Their headers' templates and macros are judged by their makers.
-      target_compile_options(${target} PRIVATE -Wno-old-style-cast -Wno-conversion
+      target_compile_options(${target} PRIVATE -Wno-old-style-cast -Wno-uninitialized -Wno-conversion
         -Wno-sign-conversion -Wno-undef -Wno-double-promotion)
       target_sources(haptic_host_lab PRIVATE $<TARGET_OBJECTS:${target}>)
       target_link_libraries(haptic_host_lab PRIVATE ${ARGN})

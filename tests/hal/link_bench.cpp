@@ -158,7 +158,7 @@ class PlayedReference final : public PlayedDevice {
     port_.block = stated(variant_);
   }
   std::vector<std::uint8_t> report(std::uint8_t troubles, int motion, bool pressed) override {
-    const auto trouble = [&](unsigned bit) { return (troubles >> bit & 1u) != 0; };
+    const auto trouble = [&](unsigned bit) { return (unsigned{troubles} >> bit & 1u) != 0; };
     if (trouble(0) || trouble(1) || trouble(3) || trouble(6)) drives_on_ = false;
     if (!trouble(5)) ++said_.sequence;
     if (trouble(7)) ++said_.rejected;
@@ -227,7 +227,7 @@ class PlayedFalcon final : public PlayedDevice {
   hal::UsbPort& port() override { return port_; }
   void power_up() override { port_.power_up_loaded(); }
   std::vector<std::uint8_t> report(std::uint8_t troubles, int motion, bool pressed) override {
-    const auto trouble = [&](unsigned bit) { return (troubles >> bit & 1u) != 0; };
+    const auto trouble = [&](unsigned bit) { return (unsigned{troubles} >> bit & 1u) != 0; };
     at_m_ = std::clamp(at_m_ + 20.0e-6 * motion, -0.02, 0.02);
     hal::FalconAngles angles{};
     hal::FalconReport said;
@@ -268,7 +268,7 @@ class PlayedPolhem final : public PlayedDevice {
   hal::UsbPort& port() override { return port_; }
   void power_up() override { flagged_ = true; }
   std::vector<std::uint8_t> report(std::uint8_t troubles, int motion, bool /*pressed*/) override {
-    const auto trouble = [&](unsigned bit) { return (troubles >> bit & 1u) != 0; };
+    const auto trouble = [&](unsigned bit) { return (unsigned{troubles} >> bit & 1u) != 0; };
     if (trouble(6)) flagged_ = true;
     at_ = std::clamp(at_ + motion / 4, -1500, 1500);
     hal::PolhemReport said;

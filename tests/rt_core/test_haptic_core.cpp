@@ -70,7 +70,8 @@ TEST_SUITE("rt_core.haptic_core") {
 
   TEST_CASE("step: no heap call, and the guard would see one") {
     LoadedScene scene(peg_scene());
-    std::uint64_t seen = 0, in_steps = 0;
+    [[maybe_unused]] std::uint64_t seen = 0;  // with sanitizers
+    std::uint64_t in_steps = 0;
     {
       RtGuard guard;
       for (int t = 0; t < 200; ++t) scene.step({0.0002 * t, 0, 0.03 - 0.0001 * t});
