@@ -49,7 +49,7 @@ haptic_image_refusal(image_budget.probe_scene "exceeds [budget] state_bytes = 8"
 
 haptic_motion_ticks(tetrahedron_fixed ${scenes}/tetrahedron_fixed/motion.toml)
 haptic_add_scene_image(image_fixed SCENE ${device_scene} SOURCES ${runner}
-  MOTION ${images}/tetrahedron_fixed.ticks WITHOUT contact_geometry BUDGET CODE 110592 STATE 28672)
+  MOTION ${images}/tetrahedron_fixed.ticks WITHOUT contact_geometry BUDGET CODE 204800 STATE 32768)
 haptic_general_program(general_fixed ${images}/image_fixed_image/scene.rtscene 1048576
   ${images}/tetrahedron_fixed.ticks)
 set_target_properties(image_fixed general_fixed PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
