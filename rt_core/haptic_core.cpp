@@ -159,6 +159,12 @@ constexpr std::size_t rounded(std::size_t bytes) noexcept {
   return (bytes + kStateAlignment - 1) / kStateAlignment * kStateAlignment;
 }
 
+/// The stages take most of the stack that a function may: a frame of their own.
+[[gnu::noinline]] void count_stages(Arena& counting, const SceneView& scene) noexcept {
+  CoreMemory memory;
+  memory.place(counting, scene);
+}
+
 constexpr std::size_t kFixedBytes = rounded(CoreMemory::kOffset + sizeof(CoreMemory));
 static_assert(sizeof(HapticCore) <= CoreMemory::kOffset);
 static_assert(alignof(CoreMemory) <= alignof(std::max_align_t) &&
@@ -175,8 +181,7 @@ std::size_t HapticCore::state_bytes(const SceneView& scene) noexcept {
 StateAccount HapticCore::state_account(const SceneView& scene) noexcept {
   StateAccount account;
   Arena counting(account);
-  CoreMemory memory;
-  memory.place(counting, scene);
+  count_stages(counting, scene);
   account.bytes[static_cast<std::size_t>(StatePart::kCore)] +=
       rounded(kFixedBytes + counting.used()) - counting.used();
   return account;
