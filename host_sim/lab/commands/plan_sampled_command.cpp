@@ -6,6 +6,7 @@
 
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/planning/sampled_plan.hpp"
+#include "host_sim/session/core_session.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"

@@ -19,6 +19,7 @@
 #include "hal/drivers/reference_codec.hpp"
 #include "hal/socket_message.hpp"
 #include "host_sim/device/pressing_script.hpp"
+#include "host_sim/lab/faults/fault_script.hpp"
 
 namespace haptic::sim {
 namespace {

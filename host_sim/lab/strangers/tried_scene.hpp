@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host_sim/lab/strangers/stranger_judge.hpp"
+#include "host_sim/report/part_report.hpp"
 #include "host_sim/session/core_session.hpp"
 #include "host_sim/session/replay.hpp"
 
