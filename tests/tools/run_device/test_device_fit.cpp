@@ -252,7 +252,7 @@ TEST_SUITE("tools.run_device.fit") {
     CHECK_FALSE(says(fit_of(q, c), "would reach it"));
   }
 
-  TEST_CASE("a scale that is advised is not advised again, whatever digits it has") {
+  TEST_CASE("an advised scale holds with the digits that it is printed with") {
     const auto advised = [](const std::string& text) {
       const std::string key = "[workspace] scale = ";
       const std::size_t at = text.find(key);

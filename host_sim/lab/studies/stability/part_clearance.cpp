@@ -41,9 +41,10 @@ struct PegRow {
   }
 };
 
-/// Each of the two is known to `still`.
+/// In single precision each of the two is known to `still` alone.
 bool halves(double coarse, double fine, double still, double least) {
-  return coarse < still || coarse + still >= least * fine;
+  const double rounding = HAPTIC_REAL_IS_FLOAT ? still : 0.0;
+  return coarse < still || coarse + rounding >= least * fine;
 }
 
 bool continuous(const PegRun& coarse, const PegRun& fine, const ClearanceLimits& limits) {
