@@ -89,7 +89,8 @@ class Graph {
     given_end_ = nodes_.size() - 1;
   }
 
-  void add_variants(const PlanPose& pose) {
+  /// A copy: nodes that are added move those that are there.
+  void add_variants(const PlanPose pose) {
     try_node(with_more_room(pose));
     if (!turns_) return;
     for (const PlanPose& end : {corners_.front(), corners_.back()}) {
