@@ -24,14 +24,15 @@
 namespace haptic::hal {
 namespace {
 
-#if defined(__has_feature)
+// g++ first: headers define __has_feature for it, which then knows of no sanitizer.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kSanitized = true;
+#elif defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;
 #endif
-#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;
 #endif

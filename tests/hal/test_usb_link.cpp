@@ -149,7 +149,7 @@ TEST_SUITE("hal.usb_link") {
 
   TEST_CASE("poll: where nobody says what is plugged in, devices are listed afresh each second") {
     NoDevice driver;
-    DeviceMailbox mailbox;
+    MailboxMemory mailbox;
     Clock clock;
     LinkSettings settings;
     settings.clock = Clock::read;
@@ -245,7 +245,7 @@ TEST_SUITE("hal.usb_link") {
 
   TEST_CASE("thread: while there is no device, it and libusb's own thread are ordinary ones") {
     NoDevice driver;
-    DeviceMailbox mailbox;
+    MailboxMemory mailbox;
     UsbLink link(driver, mailbox, LinkSettings{});
     UsbThreadSettings settings;
     settings.priority = 7;

@@ -225,7 +225,8 @@ inline TestChunk chunk_of(const std::string& message) {
   chunk.ticks.resize(chunk.head.ticks);
   const std::size_t at = sizeof chunk.head + sizeof chunk.state;
   if (message.size() != at + chunk.ticks.size() * sizeof(LiveTick)) return {};
-  std::memcpy(chunk.ticks.data(), message.data() + at, message.size() - at);
+  if (!chunk.ticks.empty())
+    std::memcpy(chunk.ticks.data(), message.data() + at, message.size() - at);
   return chunk;
 }
 
