@@ -275,7 +275,7 @@ bool DeviceGuardian::stop() {
   if (seats_.empty() || stopped_) return orderly_;
   stopped_ = true;
   for (const auto& seat : seats_) seat->orders->say(seat->orders->stop);
-  if (thread_ != nullptr) thread_->stop();
+  thread_.reset();  // it ends in order, and lets go of the link
   for (unsigned k = 0; k < seats_.size(); ++k) {
     const bool known = k < at_work_ || (k == at_work_ && told_);
     const ProcessEnd end = seats_[k]->process.finish(settings_.stop_wait_ms);

@@ -116,7 +116,8 @@ class DeviceGuardian {
   [[nodiscard]] int keeper_pid() const noexcept { return keeper_.pid(); }
   [[nodiscard]] int watcher_pid() const noexcept { return watcher_.pid(); }  ///< -1: there is none
 
-  /// Starts the USB thread over `link`, which was made over mailbox() and outlives this object.
+  /// Starts the USB thread over `link`, which was made over mailbox() and outlives it: until
+  /// stop().
   UsbThreadGrant hold(DeviceLink& link);
 
   /// Waits at most `timeout_ms` (negative: without end) for news; may return without any before.
