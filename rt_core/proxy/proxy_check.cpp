@@ -46,7 +46,7 @@ Real Proxy::path_gap(const ProxyPair& pair, Real gap_p_m, const PlaneGap& at_q,
                      const Step& step) const noexcept {
   if (is_locked() || step.dtheta_rad.isZero(0)) return std::min(gap_p_m, at_q.gap_m);
   const bool turns = at_q.id.type != ContactType::kB;
-  const Vec3 at_p = turns ? plane_normal(*pair.view, part_.pose.r_wa, at_q.id) : at_q.normal_w;
+  const Vec3 at_p = turns ? plane_normal(pair_at(pair, part_.pose), at_q.id) : at_q.normal_w;
   return path_gap(pair, DirectionGap{at_p, gap_p_m, {}},
                   DirectionGap{at_q.normal_w, at_q.gap_m, {}}, step);
 }
@@ -65,11 +65,11 @@ Proxy::SharedGap Proxy::shared_gap(ReachedPair& reached, const Step& step, Real 
   for (const ImposedPlane& imposed : program_.imposed) {
     if (imposed.pair == reached.pair) continue;
     if (asked++ == kMaxSharedDirections) break;
-    const PairView& view = *near_.pairs[imposed.pair].view;
+    const ProxyPair& other = near_.pairs[imposed.pair];
     const auto gap_at = [&](const GripPose& pose) {
       tick.work.plane_gaps += 1;
-      return direction_gap(*pair.view, pose.r_wa, pose.x0_w - pair.reference_w,
-                           plane_normal(view, pose.r_wa, imposed.id), reached.support);
+      return direction_gap(pair_at(pair, pose), plane_normal(pair_at(other, pose), imposed.id),
+                           reached.support);
     };
     const DirectionGap at_q = gap_at(step.q);
     if (!(at_q.gap_m > reached.shared_m)) continue;
@@ -94,8 +94,7 @@ Proxy::PlaneWorth Proxy::worth_of(const ReachedPair& reached, const ValidPlane& 
   constexpr Real kLowest = -std::numeric_limits<Real>::max();
   const Real gap_p_m = plane.gap_m;
   PlaneWorth found{plane.id, {}, gap_p_m, kLowest, kLowest, kLowest, {}};
-  const PlaneGap gap = plane_gap(*pair.view, step.q.r_wa, Vec3(step.q.x0_w - pair.reference_w),
-                                 plane.id, plane.support);
+  const PlaneGap gap = plane_gap(pair_at(pair, step.q), plane.id, plane.support);
   tick.work.plane_gaps += 1;
   found.support = gap.support;
   found.normal_q_w = gap.normal_w;
@@ -171,15 +170,13 @@ bool Proxy::certify_by_face(ReachedPair& reached, const Step& step, Real least_m
                             ProxyTick& tick) const noexcept {
   const ProxyPair& pair = near_.pairs[reached.pair];
   const Real least_valid = -valid_depth(parameters_.scale);
-  const Vec3 y_w = step.q.x0_w - pair.reference_w;
-  const Vec3 y_p_w = part_.pose.x0_w - pair.reference_w;
+  const PairAt p = pair_at(pair, part_.pose), q = pair_at(pair, step.q);
   const ReachedPair before = reached;
   for_each_face(*pair.view, [&](const PlaneId& id) {
-    if (face_bound(*pair.view, part_.pose.r_wa, y_p_w, id, reached.support) < least_valid)
-      return true;
-    if (face_bound(*pair.view, step.q.r_wa, y_w, id, reached.support) < least_m) return true;
+    if (face_bound(p, id, reached.support) < least_valid) return true;
+    if (face_bound(q, id, reached.support) < least_m) return true;
     tick.work.plane_gaps += 1;
-    const PlaneGap at_p = plane_gap(*pair.view, part_.pose.r_wa, y_p_w, id, reached.support);
+    const PlaneGap at_p = plane_gap(p, id, reached.support);
     if (at_p.gap_m >= least_valid) {
       worth = try_plane(reached, {id, at_p.support, at_p.gap_m}, false, step, least_m, worth, tick);
     }
@@ -555,9 +552,7 @@ bool Proxy::correct(Step& step, ProxyTick& tick) noexcept {
     for (const ReachedPair& reached : pass_.reached) {
       if (!reached.exact_q || reached.open || reached.gap_q_m > scale.step_m) continue;
       const ProxyPair& pair = near_.pairs[reached.pair];
-      const PlaneGap gap =
-          plane_gap(*pair.view, trial.q.r_wa, Vec3(trial.q.x0_w - pair.reference_w), reached.plane,
-                    reached.support);
+      const PlaneGap gap = plane_gap(pair_at(pair, trial.q), reached.plane, reached.support);
       tick.work.plane_gaps += 1;
       if (!gap.defined) continue;
       QpRow row;

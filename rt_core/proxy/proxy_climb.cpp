@@ -92,8 +92,7 @@ Proxy::ClimbStart Proxy::climb_start(const ProxyTick& tick) const noexcept {
 PlaneGap Proxy::gap_at_p(const ImposedPlane& plane, ProxyTick& tick) const noexcept {
   const ProxyPair& pair = near_.pairs[plane.pair];
   tick.work.plane_gaps += 1;
-  return plane_gap(*pair.view, part_.pose.r_wa, Vec3(part_.pose.x0_w - pair.reference_w), plane.id,
-                   plane.support);
+  return plane_gap(pair_at(pair, part_.pose), plane.id, plane.support);
 }
 
 /// True if the planes that hold p may be a low step, and no climb here has just led nowhere over
@@ -104,7 +103,7 @@ bool Proxy::may_climb(ProxyTick& tick) noexcept {
   const auto normal_of = [&](const ImposedPlane& plane) {
     ProxyPair& pair = near_.pairs[plane.pair];
     need_view(pair, tick);
-    return plane_normal(*pair.view, part_.pose.r_wa, plane.id);
+    return plane_normal(pair_at(pair, part_.pose), plane.id);
   };
   const Vec3 first_w = normal_of(kept_.active[0]);
   bool cornered = false;
@@ -137,7 +136,7 @@ bool Proxy::find_low_face(const ImposedPlane& imposed, const Vec3& normal_w, Val
     if (!(plane.gap_m < -scale.tolerance_m / 2) || (any && !(plane.gap_m > low.gap_m))) continue;
     if (!(plane.id == imposed.id)) {
       tick.work.plane_gaps += 1;
-      if (plane_normal(*pair.view, part_.pose.r_wa, plane.id).dot(normal_w) > kOtherPlane) continue;
+      if (plane_normal(pair_at(pair, part_.pose), plane.id).dot(normal_w) > kOtherPlane) continue;
     }
     const Real too_deep_m = -plane.gap_m - scale.climb_m;
     if (k < found.exposed && !(too_deep_m > 0)) {

@@ -39,7 +39,7 @@ void Proxy::impose_last(const PoseError& error, ProxyTick& tick) noexcept {
     if (rest_.choose_from_start) continue;
     const std::uint32_t before = program_.imposed.size();
     for (const ImposedPlane& last : kept_.active) {
-      if (last.pair == reached.pair && plane_applies(*pair.view, part_.pose.r_wa, last.id)) {
+      if (last.pair == reached.pair && plane_applies(pair_at(pair, part_.pose), last.id)) {
         take(last.id, last.support);
       }
     }

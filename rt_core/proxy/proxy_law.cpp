@@ -340,8 +340,7 @@ void Proxy::accept(const Step& step) noexcept {
       hold(pair, reached.normal_q_w, reached.gap_q_m);
       pair.clear_until_m =
           odometer_m(pair) +
-          static_cast<double>(reached.gap_q_m -
-                              gap_rounding(*pair.view, Vec3(part_.pose.x0_w - pair.reference_w)));
+          static_cast<double>(reached.gap_q_m - gap_rounding(pair_at(pair, part_.pose)));
     } else if (!reached.exact_q) {
       // A plane of A, or of two edges, turns away from the direction that was held.
       if (pair.has_held && pair.plane.type == ContactType::kB) {
@@ -354,8 +353,7 @@ void Proxy::accept(const Step& step) noexcept {
       pair.gap_version = part_.version;
       pair.clear_until_m =
           odometer_m(pair) +
-          static_cast<double>(pair.gap_m -
-                              gap_rounding(*pair.view, Vec3(part_.pose.x0_w - pair.reference_w)));
+          static_cast<double>(pair.gap_m - gap_rounding(pair_at(pair, part_.pose)));
     }
   }
 }

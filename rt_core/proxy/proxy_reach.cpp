@@ -31,13 +31,13 @@ constexpr Real kMiddleRounding = 32;
 constexpr Real kStaleShare = 0.5_r, kFacetStaleShare = 0.1_r;
 
 /// Gap between the spheres round the two pieces, a lower bound of their distance [m].
-Real sphere_gap(const PairView& pair, const GripPose& p, const Vec3& y_w) noexcept {
-  const PieceRecord& a = *pair.a.record;
-  const PieceRecord& b = *pair.b.record;
-  const Vec3 between = (y_w - piece_centre(b)) + p.r_wa * piece_centre(a);
+Real sphere_gap(const PairAt& at) noexcept {
+  const PieceRecord& a = *at.view.a.record;
+  const PieceRecord& b = *at.view.b.record;
+  const Vec3 between = (at.y_w - piece_centre(b)) + at.r_wa * piece_centre(a);
   return std::sqrt(between.squaredNorm()) -
-         static_cast<Real>(a.radius_m + b.radius_m) * (1 + kRealEpsilon) - gap_rounding(pair, y_w) -
-         pair.skin_m;
+         static_cast<Real>(a.radius_m + b.radius_m) * (1 + kRealEpsilon) - gap_rounding(at) -
+         at.view.skin_m;
 }
 
 }  // namespace
@@ -50,7 +50,8 @@ PairPose Proxy::pose_of(const ProxyPair& pair) noexcept {
     turn_vertices(pair.view->a, part_.pose.r_wa, lanes);
     part_.lanes_version[piece] = part_.version;
   }
-  return make_pair_pose(*pair.view, lanes, part_.pose.r_wa, part_.pose.x0_w - pair.reference_w);
+  const PairAt at = pair_at(pair, part_.pose);
+  return make_pair_pose(at.view, lanes, at.r_wa, at.y_w);
 }
 
 /// Nearest C-face of a pair at p, by an exact search without history.
@@ -87,18 +88,17 @@ void Proxy::search_fully(ProxyPair& pair, ProxyTick& tick) noexcept {
 /// of those is held as the pair's direction.
 void Proxy::search_between(ProxyPair& pair, ProxyTick& tick) noexcept {
   const PieceView &a = pair.view->a, &b = pair.view->b;
-  const Vec3 y_w = part_.pose.x0_w - pair.reference_w;
+  const PairAt at = pair_at(pair, part_.pose);
   DirectionGap best;
   best.gap_m = pair.gap_m;
   std::uint32_t asked = 0;
   for (std::uint32_t i = 0; i < a.edge_count; ++i) {
     for (std::uint32_t j = 0; j < b.edge_count && asked < kMostEdgeLines; ++j, ++asked) {
-      const Vec3 between_w = line_between_edges_m(*pair.view, part_.pose.r_wa, y_w, i, j);
+      const Vec3 between_w = line_between_edges_m(at.view, at.r_wa, at.y_w, i, j);
       const Real length = std::sqrt(between_w.squaredNorm());
       if (!(length > parameters_.scale.still_m)) continue;
       tick.work.plane_gaps += 2;
-      const DirectionGap gap =
-          direction_gap(*pair.view, part_.pose.r_wa, y_w, between_w / length, pair.support);
+      const DirectionGap gap = direction_gap(at, between_w / length, pair.support);
       if (gap.gap_m > best.gap_m) best = gap;
     }
   }
@@ -111,13 +111,13 @@ void Proxy::search_between(ProxyPair& pair, ProxyTick& tick) noexcept {
 
 /// Finds the face along which a pair has the largest gap at p; false: it has none along any.
 bool Proxy::find_face(ProxyPair& pair, ProxyTick& tick) noexcept {
-  const Vec3 y_w = part_.pose.x0_w - pair.reference_w;
+  const PairAt at = pair_at(pair, part_.pose);
   PlaneGap best;
   for_each_face(*pair.view, [&](const PlaneId& id) {
     const Real least = best.defined ? std::max(best.gap_m, Real{0}) : Real{0};
-    if (face_bound(*pair.view, part_.pose.r_wa, y_w, id, pair.support) < least) return true;
+    if (face_bound(at, id, pair.support) < least) return true;
     tick.work.plane_gaps += 1;
-    const PlaneGap gap = plane_gap(*pair.view, part_.pose.r_wa, y_w, id, pair.support);
+    const PlaneGap gap = plane_gap(at, id, pair.support);
     if (!best.defined || gap.gap_m > best.gap_m) best = gap;
     return true;
   });
@@ -170,9 +170,9 @@ bool Proxy::may_search(ProxyPair& pair, ProxyTick& tick) noexcept {
 /// one. False: for want of budget it has none still.
 bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
   need_view(pair, tick);
-  const Vec3 y_w = part_.pose.x0_w - pair.reference_w;
+  const PairAt at = pair_at(pair, part_.pose);
   if (pair.known) {
-    const PlaneGap gap = plane_gap(*pair.view, part_.pose.r_wa, y_w, pair.plane, pair.support);
+    const PlaneGap gap = plane_gap(at, pair.plane, pair.support);
     tick.work.plane_gaps += 1;
     pair.support = gap.support;
     pair.gap_m = gap.defined ? gap.gap_m : -std::numeric_limits<Real>::max();
@@ -187,8 +187,7 @@ bool Proxy::measure(ProxyPair& pair, ProxyTick& tick) noexcept {
     return false;
   }
   if (lost && !find_face(pair, tick)) search_fully(pair, tick);
-  pair.clear_until_m =
-      odometer_m(pair) + static_cast<double>(pair.gap_m - gap_rounding(*pair.view, y_w));
+  pair.clear_until_m = odometer_m(pair) + static_cast<double>(pair.gap_m - gap_rounding(at));
   return true;
 }
 
@@ -202,9 +201,7 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
     if (may_search(pair, tick)) {
       search_fully(pair, tick);
     } else {
-      const PlaneGap held =
-          plane_gap(*pair.view, part_.pose.r_wa, Vec3(part_.pose.x0_w - pair.reference_w),
-                    pair.plane, pair.support);
+      const PlaneGap held = plane_gap(pair_at(pair, part_.pose), pair.plane, pair.support);
       tick.work.plane_gaps += 1;
       if (held.defined) pair.gap_m = held.gap_m;
       pair.gap_version = part_.version;
@@ -225,7 +222,7 @@ bool Proxy::reach_pair(ProxyPair& pair, ReachedPair& reached, ProxyTick& tick) n
     gap = clear;
     if (reached.exact_p && !pair.known) {
       need_view(pair, tick);
-      gap = sphere_gap(*pair.view, part_.pose, part_.pose.x0_w - pair.reference_w);
+      gap = sphere_gap(pair_at(pair, part_.pose));
       if (pair.view->has_facet()) gap = std::max(gap, clear);  // boxes know more of a facet
       pair.clear_until_m = odometer_m(pair) + static_cast<double>(gap);
       if (gap >= pass_.reach_m) return false;

@@ -38,15 +38,14 @@ Real Proxy::way_out_m(const Vec3& along_w, Real least_m, Real most_m, ProxyTick&
       if (!has_budget(tick)) return way_m;
       need_view(pair, tick);
       if (!pair.known && !measure(pair, tick)) return way_m;
-      const Vec3 y_w = part_.pose.x0_w - pair.reference_w;
+      const PairAt at = pair_at(pair, part_.pose);
       if (pair.known) {
-        const PlaneGap held = plane_gap(*pair.view, part_.pose.r_wa, y_w, pair.plane, pair.support);
+        const PlaneGap held = plane_gap(at, pair.plane, pair.support);
         tick.work.plane_gaps += 1;
         if (held.defined && held.gap_m + way_m * held.normal_w.dot(along_w) >= free_m) continue;
       }
       tick.work.plane_gaps += 2;
-      const Real own_m =
-          free_m - direction_gap(*pair.view, part_.pose.r_wa, y_w, along_w, pair.support).gap_m;
+      const Real own_m = free_m - direction_gap(at, along_w, pair.support).gap_m;
       if (!(own_m > way_m)) continue;
       way_m = own_m;
       longer = true;
@@ -66,9 +65,7 @@ Vec3 Proxy::short_way_out(ProxyTick& tick) noexcept {
   for (const ReachedPair& reached : pass_.reached) {
     const ProxyPair& pair = near_.pairs[reached.pair];
     if (!pair.known) continue;
-    const PlaneGap gap =
-        plane_gap(*pair.view, part_.pose.r_wa, Vec3(part_.pose.x0_w - pair.reference_w), pair.plane,
-                  pair.support);
+    const PlaneGap gap = plane_gap(pair_at(pair, part_.pose), pair.plane, pair.support);
     tick.work.plane_gaps += 1;
     if (!gap.defined) continue;
     QpRow row;
@@ -92,8 +89,7 @@ Real Proxy::choose_way_out(ProxyTick& tick) noexcept {
   Real way_m = kEndless;
   const auto ask = [&](const ReachedPair& reached, const PlaneId& id) {
     const ProxyPair& pair = near_.pairs[reached.pair];
-    const PlaneGap gap = plane_gap(*pair.view, part_.pose.r_wa,
-                                   Vec3(part_.pose.x0_w - pair.reference_w), id, pair.support);
+    const PlaneGap gap = plane_gap(pair_at(pair, part_.pose), id, pair.support);
     tick.work.plane_gaps += 1;
     // Of its own pair alone a way is at least as long as that pair is deep.
     if (!gap.defined || !(-gap.gap_m < way_m)) return;
@@ -150,9 +146,7 @@ void Proxy::go_out(const Vec3& way_m, const GripPose& goal, ProxyTick& tick) noe
     reached.gap_q_m = clear_m(pair);
     if (!pair.inside) continue;
     tick.work.plane_gaps += 1;
-    const PlaneGap gap =
-        plane_gap(*pair.view, part_.pose.r_wa, Vec3(part_.pose.x0_w - pair.reference_w), pair.plane,
-                  pair.support);
+    const PlaneGap gap = plane_gap(pair_at(pair, part_.pose), pair.plane, pair.support);
     if (gap.defined) reached.gap_q_m = gap.gap_m;
   }
   kept_.active.clear();

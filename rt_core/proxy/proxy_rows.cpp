@@ -10,7 +10,7 @@ namespace haptic {
 PlaneGap Proxy::gap_at(const ProxyPair& pair, const Step& at, const PlaneId& id,
                        SupportPair support, ProxyTick& tick) const noexcept {
   tick.work.plane_gaps += 1;
-  return plane_gap(*pair.view, at.q.r_wa, Vec3(at.q.x0_w - pair.reference_w), id, support);
+  return plane_gap(pair_at(pair, at.q), id, support);
 }
 
 /// The contact region along `region.gap`, at the configuration `at` where that is.
@@ -22,11 +22,12 @@ void Proxy::find_region(const ProxyPair& pair, const GripPose& at, PlaneRegion& 
   region.turn_w.setZero();
   if (!region.gap.defined) return;
   tick.work.regions += 1;
-  region.count = contact_manifold(*pair.view, at.r_wa, at.x0_w - pair.reference_w, region.gap,
+  const PairAt seen = pair_at(pair, at);
+  region.count = contact_manifold(seen.view, seen.r_wa, seen.y_w, region.gap,
                                   parameters_.scale.manifold_m, scratch_.manifold, region.points);
   region.overlap = scratch_.manifold.overlap;
   if (!region.overlap) {
-    region.turn_w = plane_turn(*pair.view, at.r_wa, at.x0_w - pair.reference_w, region.gap);
+    region.turn_w = plane_turn(seen, region.gap);
   }
 }
 
@@ -43,8 +44,7 @@ const PlaneRegion& Proxy::region_at_p(std::uint32_t index, const PlaneId& id, Su
   tick.work.plane_gaps += 1;
   region.pair = index;
   region.version = part_.version;
-  region.gap =
-      plane_gap(*pair.view, part_.pose.r_wa, Vec3(part_.pose.x0_w - pair.reference_w), id, support);
+  region.gap = plane_gap(pair_at(pair, part_.pose), id, support);
   find_region(pair, part_.pose, region, tick);
   return region;
 }
@@ -67,9 +67,9 @@ bool Proxy::add_rows(std::uint32_t imposed, const Step& at, const PoseError& err
   if (!is_locked()) find_region(pair, at.q, region, tick);
   if (!add_region(imposed, region, error, &at)) return false;
   if (!support_too || is_locked()) return true;
-  const Vec3 y_w = at.q.x0_w - pair.reference_w;
-  const ManifoldPoint point = support_row_point(*pair.view, at.q.r_wa, y_w, region.gap);
-  const RowArm arm{point.app_w, plane_turn(*pair.view, at.q.r_wa, y_w, region.gap)};
+  const PairAt seen = pair_at(pair, at.q);
+  const ManifoldPoint point = support_row_point(seen, region.gap);
+  const RowArm arm{point.app_w, plane_turn(seen, region.gap)};
   return add_row(imposed, arm, point.gap_m, region.gap.normal_w, &at, error);
 }
 

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "rt_core/proxy/pair_at.hpp"
 #include "rt_core/proxy/proxy_law.hpp"
 
 namespace haptic {
