@@ -174,6 +174,8 @@ static_assert(alignof(CoreMemory) <= alignof(std::max_align_t) &&
 
 void HapticCore::reset() noexcept { memory_->reset(); }
 
+void HapticCore::begin_at(const Pose& pose_wa) noexcept { memory_->goal.begin_at(pose_wa); }
+
 std::size_t HapticCore::state_bytes(const SceneView& scene) noexcept {
   return state_account(scene).total();
 }

@@ -45,6 +45,11 @@ class HapticCore {
   /// Forgets all contact history: the next tick is a first tick.
   void reset() noexcept;
 
+  /// After create or reset: the part begins at this pose of its mesh frame, wherever the device is.
+  /// The first steps come with StepInput::clutched; once that ends the goal goes on from here as the
+  /// device goes, and the wrench is ramped in.
+  void begin_at(const Pose& pose_wa) noexcept;
+
   // Read-only views of the last tick for reports and pictures; not needed by the loop.
   [[nodiscard]] PairIndex pair_count() const noexcept;
   /// Of a listed pair: unlisted ones have none.

@@ -25,6 +25,7 @@ const char* to_text(RtStatus status) noexcept {
       "memory for the core is too small",
       "memory for the core is not aligned to 64 bytes",
       "scene is not the one that this image was compiled for",
+      "the part may not be held, or the hand holds one still",
   };
   static_assert(sizeof(kTexts) / sizeof(kTexts[0]) == static_cast<std::size_t>(RtStatus::kCount));
   return status < RtStatus::kCount ? kTexts[static_cast<std::size_t>(status)] : "invalid status";

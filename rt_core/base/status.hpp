@@ -32,6 +32,8 @@ enum class RtStatus : std::uint8_t {
   kMemoryMisaligned,  ///< the caller's memory is not aligned to kStateAlignment
   // Images of one scene (scene/scene_traits.hpp)
   kBlobNotOfImage,  ///< the image was compiled for another scene, or without what this one needs
+  // PartHand (part_hand.hpp)
+  kNotGraspable,  ///< the part may not be held, or the hand holds one still
   kCount
 };
 

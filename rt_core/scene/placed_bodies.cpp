@@ -119,8 +119,8 @@ ConeRun cones_of(std::span<const PieceRecord> pieces, std::span<const ConeRange>
 
 }  // namespace
 
-RtStatus place_bodies(const SceneView& scene, std::span<const BodyMove> moves,
-                      std::span<std::byte> placed) noexcept {
+RtStatus place_bodies(const SceneView& scene, const PartPlace& start,
+                      std::span<const BodyMove> moves, std::span<std::byte> placed) noexcept {
   const std::span<const std::byte> blob = scene.blob();
   if (placed.size() < blob.size()) return RtStatus::kMemoryTooSmall;
   if (reinterpret_cast<std::uintptr_t>(placed.data()) % kSceneAlignment != 0)
@@ -128,6 +128,10 @@ RtStatus place_bodies(const SceneView& scene, std::span<const BodyMove> moves,
   if (moves.size() + 1 != scene.bodies().size()) return RtStatus::kBlobBadCount;
   std::memcpy(placed.data(), blob.data(), blob.size());
   const Tables tables(scene.sections(), placed);
+  for (SceneParameters& parameters : tables.of<SceneParameters>(SectionId::kParameters)) {
+    std::copy_n(start.p_wa_m, 3, parameters.start_p_wa_m);
+    std::copy_n(start.q_wa_xyzw, 4, parameters.start_q_wa_xyzw);
+  }
   const auto bodies = tables.of<BodyRecord>(SectionId::kBodies);
   const auto pieces = tables.of<PieceRecord>(SectionId::kPieces);
   const auto planes = tables.of<PlaneRecord>(SectionId::kPlanes);

@@ -13,6 +13,15 @@
 
 namespace haptic {
 
+/// Place of a part in W: of its mesh frame. In double, for a part stays where it is let go over any
+/// number of holds.
+struct PartPlace {
+  double p_wa_m[3] = {0, 0, 0};
+  double q_wa_xyzw[4] = {0, 0, 0, 1};  ///< unit
+
+  friend bool operator==(const PartPlace&, const PartPlace&) = default;
+};
+
 /// How a static body was moved since its scene was compiled: a point x_W of it is at turn x_W +
 /// shift now.
 struct BodyMove {
@@ -26,7 +35,8 @@ struct BodyMove {
   }
 };
 
-/// Writes the scene into `placed` with body b + 1 moved by `moves[b]`. A body that was not moved
+/// Writes the scene into `placed` with body b + 1 moved by `moves[b]`, and the start of the moving
+/// body at `start`. A body that was not moved
 /// keeps its bits; the others round once, however often they have been moved, for `scene` is the
 /// compiled one. Its graphs must not have been pruned by orientation or workspace.
 /// @param moves   one for each static body.
@@ -35,7 +45,8 @@ struct BodyMove {
 /// of moves; kBlobBadNumber for a turn that is not unit to 1e-6, or for a body outside the format's
 /// range of coordinates.
 /// Cost: O(bytes), no heap. Not for the servo loop.
-[[nodiscard]] RtStatus place_bodies(const SceneView& scene, std::span<const BodyMove> moves,
+[[nodiscard]] RtStatus place_bodies(const SceneView& scene, const PartPlace& start,
+                                    std::span<const BodyMove> moves,
                                     std::span<std::byte> placed) noexcept;
 
 }  // namespace haptic

@@ -54,7 +54,10 @@ enum class SectionId : std::uint32_t {
   kConeRanges = 23,       ///< ConeRange, by flat piece: of its vertices, then of its edges
   kConeDirections = 24,   ///< Real[3], unit, geometry frame of the body
   kGuide = 25,            ///< GuideRecord, one; only where the scene leads the hand along a plan
-  kGuideStations = 26     ///< GuideStation, from the start to the goal; with kGuide alone
+  kGuideStations = 26,    ///< GuideStation, from the start to the goal; with kGuide alone
+  kParts = 27,            ///< PartRecord, by body; only where the hand may hold one after another
+  kPartBodies = 28,       ///< u32: the parts that are the static bodies of each part's scene
+  kPartScenes = 29        ///< bytes: the scenes in which parts are held, each aligned as this one
 };
 
 /// Vertices of a piece in kVertexLanes come in a multiple of this; the rest repeats vertex 0.
@@ -266,6 +269,26 @@ struct SimplifiedBody {
   double volume_change_m3;  ///< volume of the body minus that of the mesh; 0 of a surface
 };
 
+/// What a part is to the hand.
+enum class PartRole : std::uint32_t {
+  kFixed = 1,  ///< never held
+  kHand = 2,   ///< held at the start: body 0 of the scene around
+  kPlaced = 3  ///< may be held, and stays where it is let go
+};
+
+/// A part of a scene whose parts the hand holds one after another (scene/part_scenes.hpp). Each
+/// that may be held has a scene of its own, in which it is the moving body.
+struct PartRecord {
+  PartRole role;
+  std::uint32_t reserved;
+  double start_p_wa_m[3];     ///< where its mesh frame is in W in all these scenes
+  double start_q_wa_xyzw[4];  ///< unit
+  std::uint64_t scene_begin;  ///< in kPartScenes, a multiple of kSceneAlignment
+  std::uint64_t scene_bytes;  ///< 0: it is never held
+  std::uint32_t body_begin;   ///< in kPartBodies
+  std::uint32_t body_count;   ///< static bodies of its scene: the parts that it may meet
+};
+
 /// A plan that leads the hand (tick/guide.hpp): how strongly, and how far it reaches.
 struct GuideRecord {
   std::uint64_t plan_geometry;  ///< hash of the geometry that the plan was proved for
@@ -448,7 +471,7 @@ static_assert(sizeof(DeviceParameters) == 168 && sizeof(CouplingParameters) == 1
               sizeof(SceneParameters) == 608);
 static_assert(sizeof(GuideRecord) == 64 && sizeof(GuideStation) == 16 * sizeof(Real) + 8);
 static_assert(sizeof(BodyRecord) == 72 && sizeof(PieceRecord) == 120 && sizeof(FaceRecord) == 20 &&
-              sizeof(SimplifiedBody) == 24);
+              sizeof(SimplifiedBody) == 24 && sizeof(PartRecord) == 88);
 static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);
 static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) &&
               sizeof(EdgeDirection) == 4 * sizeof(Real) && sizeof(EdgeArc) == 16 * sizeof(Real));

@@ -36,6 +36,12 @@ void GoalStage::reset() noexcept {
   left_ = false;
 }
 
+void GoalStage::begin_at(const Pose& pose_wa) noexcept {
+  frozen_ = device_grip(pose_wa);
+  offset_.clutched = true;
+  offset_.is_zero = false;
+}
+
 GripPose GoalStage::device_grip(const Pose& pose_wa) const noexcept {
   GripPose device;
   if (is_locked()) {

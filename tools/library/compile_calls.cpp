@@ -131,8 +131,8 @@ SceneFile scene_of(const haptic_compile_input& input) {
   scene.parameters.rate_hz = input.rate_hz;
   scene.parameters.goal_contact = 0;
   if (input.has_grip != 0) {
-    scene.grip_m.emplace();
-    std::copy_n(input.grip_m, 3, scene.grip_m->begin());
+    scene.moving.grip_m.emplace();
+    std::copy_n(input.grip_m, 3, scene.moving.grip_m->begin());
   }
   if (input.friction > 0) {
     scene.friction.push_back({{"moving", "fixed"}, input.friction, input.friction});

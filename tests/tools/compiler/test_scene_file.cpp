@@ -196,7 +196,7 @@ TEST_SUITE("tools.scene_file") {
     CHECK(scene.moving.scale_to_m == std::array<double, 3>{0.001, 0.001, 0.001});
     CHECK(scene.moving.position_m == std::array<double, 3>{0.1, 0.2, 0.3});
     CHECK(scene.moving.quaternion_wxyz[2] == doctest::Approx(0.8));
-    CHECK(scene.grip_m == std::array<double, 3>{0, 0, 0.5});
+    CHECK(scene.moving.grip_m == std::array<double, 3>{0, 0, 0.5});
     REQUIRE(scene.statics.size() == 1);
     CHECK(scene.statics[0].scale_to_m == std::array<double, 3>{1.0, 2.0, 3.5});
     CHECK(scene.statics[0].quaternion_wxyz == std::array<double, 4>{1, 0, 0, 0});

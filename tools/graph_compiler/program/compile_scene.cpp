@@ -17,6 +17,7 @@
 #include "tools/graph_compiler/coupling/coupling_choice.hpp"
 #include "tools/graph_compiler/coupling/served_size.hpp"
 #include "tools/graph_compiler/graph/body_geometry.hpp"
+#include "tools/graph_compiler/graph/part_tables.hpp"
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 #include "tools/graph_compiler/mesh/cleaning.hpp"
 #include "tools/graph_compiler/program/flush_faces.hpp"
@@ -675,7 +676,48 @@ WrittenPart written_part(CompiledPart part, const ScenePart& placed, const PartR
 
 namespace {
 
-CompiledScene compiled_with(const SceneFile& scene, const CompileOptions& options) {
+/// Part 0 is the moving one.
+bool may_hold(const SceneFile& scene, std::size_t part) {
+  return part == 0 || scene.statics[part - 1].role == PartRole::kPlaced;
+}
+
+HeldPart part_of(const ScenePart& part) {
+  HeldPart held;
+  held.role = part.role;
+  const std::array<double, 4>& q = part.quaternion_wxyz;
+  for (int k = 0; k < 3; ++k) held.start.p_wa_m[k] = part.position_m[static_cast<std::size_t>(k)];
+  for (int k = 0; k < 4; ++k)
+    held.start.q_wa_xyzw[k] = q[static_cast<std::size_t>(k + 1) % 4];
+  return held;
+}
+
+/// The parts of a scene file as they were compiled, the moving one first: each once, whichever of
+/// them is held.
+class CompiledParts {
+ public:
+  CompiledParts(const SceneFile& scene, const CompileOptions& options) {
+    for (std::size_t k = 0; k <= scene.statics.size(); ++k)
+      if (may_hold(scene, k)) check_clearances(scene_holding(scene, k), options);
+    MeshFiles files;
+    parts_.push_back(compile_part(scene.moving, scene, options, files));
+    for (const ScenePart& part : scene.statics)
+      parts_.push_back(compile_part(part, scene, options, files));
+  }
+  /// In the order of scene_holding(scene, part).
+  [[nodiscard]] std::vector<CompiledPart> holding(std::size_t part) const {
+    std::vector<CompiledPart> parts = parts_;
+    std::rotate(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(part),
+                parts.begin() + static_cast<std::ptrdiff_t>(part) + 1);
+    return parts;
+  }
+
+ private:
+  std::vector<CompiledPart> parts_;
+};
+
+/// @param parts  those of `scene`, the moving one first.
+CompiledScene compiled_with(const SceneFile& scene, std::vector<CompiledPart> parts,
+                            const CompileOptions& options) {
   CompiledScene result;
   result.scene = scene;
   SceneDescription description;
@@ -687,15 +729,6 @@ CompiledScene compiled_with(const SceneFile& scene, const CompileOptions& option
   description.workspace = scene.workspace;
   description.prune = options.prune;
 
-  check_clearances(scene, options);
-  std::vector<CompiledPart> parts;
-  {
-    MeshFiles files;
-    parts.push_back(compile_part(scene.moving, scene, options, files));
-    for (const ScenePart& part : scene.statics) {
-      parts.push_back(compile_part(part, scene, options, files));
-    }
-  }
   check_law(scene, parts);
   check_start(scene, parts);
   if (options.for_questions) {
@@ -713,7 +746,7 @@ CompiledScene compiled_with(const SceneFile& scene, const CompileOptions& option
   for (std::size_t k = 0; k < 3; ++k) {
     // Default grip: the centre of volume, which the body gives about its own origin.
     description.grip_m[k] =
-        scene.grip_m ? (*scene.grip_m)[k]
+        scene.moving.grip_m ? (*scene.moving.grip_m)[k]
                      : moving.placed.body.centre_of_volume_m[k] + moving.placed.mesh_origin_m[k];
   }
   description.moving = std::move(moving.placed);
@@ -774,6 +807,37 @@ CompiledScene compiled_with(const SceneFile& scene, const CompileOptions& option
   return result;
 }
 
+/// The scene of a part that is held later says what is to be said of that part against the others.
+void take_warnings(const CompiledScene& held, std::size_t part, CompiledScene& result) {
+  for (std::size_t k = 0; k < held.parts.size(); ++k) {
+    const std::size_t of = k == 0 ? part : k <= part ? k - 1 : k;
+    add_new(result.parts[of].warnings, held.parts[k].warnings);
+  }
+  add_new(result.notes, held.notes);
+}
+
+/// The scene of the part that is held at first, and in it those of the others.
+CompiledScene compiled_with_parts(const SceneFile& scene, const CompileOptions& options) {
+  const CompiledParts parts(scene, options);
+  CompiledScene result = compiled_with(scene, parts.holding(0), options);
+  if (!scene.has_parts()) return result;
+  std::vector<HeldPart> held{part_of(scene.moving)};
+  held[0].scene = result.bytes;
+  for (std::size_t k = 1; k <= scene.statics.size(); ++k) {
+    held.push_back(part_of(scene.statics[k - 1]));
+    if (!may_hold(scene, k)) continue;
+    const CompiledScene other = compiled_with(scene_holding(scene, k), parts.holding(k), options);
+    take_warnings(other, k, result);
+    held.back().scene = other.bytes;
+  }
+  for (std::size_t k = 0; k < held.size(); ++k) {
+    for (std::uint32_t other = 0; other < held.size() && !held[k].scene.empty(); ++other)
+      if (other != k) held[k].others.push_back(other);
+  }
+  result.bytes = with_parts(result.bytes, held);
+  return result;
+}
+
 }  // namespace
 
 CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& options) {
@@ -785,7 +849,7 @@ CompiledScene compile_scene(const SceneFile& scene, const CompileOptions& option
   CompileOptions tried = options;
   for (int k = 1;; ++k, tried.flat_share *= kLess) {
     try {
-      CompiledScene result = compiled_with(scene, tried);
+      CompiledScene result = compiled_with_parts(scene, tried);
       result.total_s = total.lap();
       return result;
     } catch (const FacetNotFlat&) {

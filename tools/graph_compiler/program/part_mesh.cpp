@@ -58,6 +58,7 @@ PartMesh read_part_mesh(const ScenePart& part, const std::string& scene_file, Me
 }
 
 std::string body_name(const ScenePart& part) {
+  if (!part.name.empty()) return part.name;
   if (part.shape) return part.mesh;
   const std::string name = part.path.filename().string();
   const std::optional<std::string>& of = part.link ? part.link : part.node;

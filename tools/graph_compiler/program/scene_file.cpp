@@ -8,6 +8,8 @@
 #include <string>
 
 #include "rt_core/scene/capacity.hpp"
+#include "rt_core/scene/formed_pairs.hpp"
+#include "rt_core/scene/part_scenes.hpp"
 #include "rt_core/scene/scene_format.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
@@ -372,21 +374,100 @@ void read_held_part(const TomlTable& moving, HeldPartParameters& held) {
   std::ranges::copy(gravity.value_or(kStandardGravity_m_per_s2), held.gravity_m_per_s2);
 }
 
-void read_moving(const TomlTable& top, const std::filesystem::path& folder, SceneFile& scene) {
+/// Keys of a part that the hand may hold.
+std::vector<std::string_view> held_keys() {
   std::vector<std::string_view> keys = part_keys();
   keys.insert(keys.end(), {"grip_m", "mass_kg", "gravity_m_per_s2"});
+  return keys;
+}
+
+void read_moving(const TomlTable& top, const std::filesystem::path& folder, SceneFile& scene) {
+  const std::vector<std::string_view> keys = held_keys();
   const auto moving = top.table("moving", keys);
   if (!moving) top.fail_missing("moving", "add the table [moving] with the part in the hand");
   bool posed = false;
   scene.moving = read_part(*moving, folder, posed);
-  scene.grip_m = moving->vector3("grip_m", kPosition);
-  read_held_part(*moving, scene.parameters.held);
+  scene.moving.grip_m = moving->vector3("grip_m", kPosition);
+  read_held_part(*moving, scene.moving.held);
+  scene.parameters.held = scene.moving.held;
   const auto start = top.table("start", {"position_m", "quaternion"});
   if (!start) return;
   if (posed) {
     top.fail("start", "[moving] has a pose too, which is the start pose; keep one of the two");
   }
   read_pose(*start, scene.moving);
+}
+
+PartRole read_role(const TomlTable& t) {
+  const auto role = t.text("role");
+  if (!role) t.fail_missing("role", "give \"hand\", \"placed\" or \"fixed\"");
+  if (*role == "hand") return PartRole::kHand;
+  if (*role == "placed") return PartRole::kPlaced;
+  if (*role == "fixed") return PartRole::kFixed;
+  t.fail("role", "is '" + *role +
+                     "'; give \"hand\" for the part that is held at first, \"placed\" for one that "
+                     "may be held and stays where it is let go, \"fixed\" for one that never moves");
+}
+
+ScenePart read_named_part(const TomlTable& t, const std::filesystem::path& folder) {
+  const auto name = t.text("name");
+  if (!name || name->empty()) t.fail_missing("name", "give the part a name, as the hand's commands have it");
+  const PartRole role = read_role(t);
+  bool posed = false;
+  ScenePart part = read_part(t, folder, posed);
+  part.name = *name;
+  part.role = role;
+  if (role == PartRole::kFixed) {
+    for (const char* key : {"grip_m", "mass_kg", "gravity_m_per_s2"})
+      if (t.has(key)) t.fail(key, "is of a part that the hand may hold; leave it out");
+    return part;
+  }
+  part.grip_m = t.vector3("grip_m", kPosition);
+  read_held_part(t, part.held);
+  return part;
+}
+
+/// `[[part]]`: the hand holds one after another.
+void read_parts(const TomlTable& top, const std::filesystem::path& folder, SceneFile& scene) {
+  std::vector<std::string_view> keys = held_keys();
+  keys.insert(keys.end(), {"name", "role"});
+  for (const char* key : {"moving", "static", "start"}) {
+    if (!top.has(key)) continue;
+    top.fail(key, "is of a scene with one moving part, and [[part]] is given too; write it as a "
+                  "[[part]] with name and role, or leave out [[part]]");
+  }
+  bool has_hand = false;
+  std::vector<std::string> names;
+  for (const TomlTable& t : top.tables("part", keys)) {
+    ScenePart part = read_named_part(t, folder);
+    if (std::ranges::find(names, part.name) != names.end())
+      t.fail("name", "'" + part.name + "' is the name of another part; give each its own");
+    names.push_back(part.name);
+    if (names.size() > kMostParts)
+      t.fail("name", "is that of part " + std::to_string(names.size()) + "; a scene has at most " +
+                         std::to_string(kMostParts));
+    if (part.role != PartRole::kHand) {
+      scene.statics.push_back(std::move(part));
+      continue;
+    }
+    if (has_hand) t.fail("role", "is \"hand\" of another part already; the hand holds one at a time");
+    has_hand = true;
+    scene.moving = std::move(part);
+    scene.parameters.held = scene.moving.held;
+  }
+  if (!has_hand) top.fail("part", "none has role = \"hand\"; give it to the part that is held at first");
+  if (scene.statics.empty()) top.fail("part", "is one alone; add the parts that it meets");
+}
+
+/// What a scene of one moving part may say, and one of several may not.
+void check_parts(const TomlTable& top, const SceneFile& scene) {
+  if (!scene.has_parts()) return;
+  if (scene.orientation || scene.workspace)
+    top.fail("motion_limits", "orientation and workspace are of one moving part; leave them out in a "
+                              "scene with [[part]]");
+  if (scene.guide) top.fail("guide", "leads one moving part; leave it out in a scene with [[part]]");
+  if (scene.parameters.law != LawId::kProxy || has_goal_contact(scene.parameters))
+    top.fail("rendering", "[[part]] asks for law = \"proxy\" without goal_contact");
 }
 
 /// Returns the place of the stiffness.
@@ -461,6 +542,19 @@ void read_device(const TomlTable& top, SceneParameters& p) {
   }
 }
 
+/// True if a part of the one material can meet one of the other.
+bool may_meet(const SceneFile& scene, const FrictionPair& pair) {
+  const auto meets_any = [&](const ScenePart& held, std::size_t except) {
+    for (std::size_t k = 0; k < scene.statics.size(); ++k)
+      if (k != except && pair.is_of(held.material, scene.statics[k].material)) return true;
+    return false;
+  };
+  if (meets_any(scene.moving, scene.statics.size())) return true;
+  for (std::size_t k = 0; k < scene.statics.size(); ++k)
+    if (scene.statics[k].role == PartRole::kPlaced && meets_any(scene.statics[k], k)) return true;
+  return false;
+}
+
 /// A [[friction]] table whose names are those of no part would be without effect in silence.
 /// @throws InputError  a name that no part has as its material.
 void check_materials(SceneFile& scene) {
@@ -480,10 +574,7 @@ void check_materials(SceneFile& scene) {
                        "write material = \"" + name +
                        "\" in the table of the part, or leave this table out");
     }
-    const bool meets = std::ranges::any_of(scene.statics, [&](const ScenePart& part) {
-      return pair.is_of(scene.moving.material, part.material);
-    });
-    if (meets) continue;
+    if (may_meet(scene, pair)) continue;
     scene.warnings.push_back(at + "'" + pair.materials[0] + "' and '" + pair.materials[1] +
                              "' never meet: the part in the hand is " +
                              (scene.moving.material.empty()
@@ -538,13 +629,17 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
   scene.file = file;
   check_format(top);
   scene.name = read_name(top);
-  read_moving(top, folder, scene);
-  for (const TomlTable& t : top.tables("static", part_keys())) {
-    bool posed = false;
-    scene.statics.push_back(read_part(t, folder, posed));
-  }
-  if (scene.statics.empty()) {
-    top.fail_missing("static", "add at least one [[static]] table with a fixed part");
+  if (top.has("part")) {
+    read_parts(top, folder, scene);
+  } else {
+    read_moving(top, folder, scene);
+    for (const TomlTable& t : top.tables("static", part_keys())) {
+      bool posed = false;
+      scene.statics.push_back(read_part(t, folder, posed));
+    }
+    if (scene.statics.empty()) {
+      top.fail_missing("static", "add at least one [[static]] table with a fixed part");
+    }
   }
   const FilePlace k_f_at = read_rendering(top, scene.parameters);
   read_motion_table(top, scene);
@@ -588,6 +683,7 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
       scene.graph_bytes = static_cast<std::uint64_t>(*bytes);
     }
   }
+  check_parts(top, scene);
   return scene;
 }
 
@@ -601,18 +697,31 @@ std::optional<FrictionPair> friction_of(const std::vector<FrictionPair>& pairs,
   return std::nullopt;
 }
 
+SceneFile scene_holding(const SceneFile& scene, std::size_t part) {
+  SceneFile held = scene;
+  if (part == 0) return held;
+  held.moving = scene.statics[part - 1];
+  held.statics.clear();
+  held.statics.push_back(scene.moving);
+  for (std::size_t k = 0; k < scene.statics.size(); ++k)
+    if (k + 1 != part) held.statics.push_back(scene.statics[k]);
+  held.parameters.held = held.moving.held;
+  return held;
+}
+
 SceneFile parse_scene_file(std::string_view text, const std::string& file,
                            const std::filesystem::path& folder) {
   const toml::table root = parse_toml(text, file);
-  if (!root.contains("moving") && root.contains("waypoint"))
+  const bool is_scene = root.contains("moving") || root.contains("part");
+  if (!is_scene && root.contains("waypoint"))
     throw InputError(file + ": is a motion script; make the motion from it with 'host_sim motion " +
                      file + " -o motion.csv', and give a scene file with [moving] here");
-  if (!root.contains("moving") && root.contains("scene"))
+  if (!is_scene && root.contains("scene"))
     throw InputError(file + ": is a configuration of run_device, which names a compiled scene; " +
                      "give a scene file with [moving] here");
   const TomlTable top(
       root, file, "",
-      {"format", "name", "moving", "static", "rendering", "start", "motion_limits", "loop",
+      {"format", "name", "moving", "static", "part", "rendering", "start", "motion_limits", "loop",
        "device", "coupling", "friction", "budget", "memory", "cleaning", "guide"});
   SceneFile scene = read_tables(top, file, folder);
   std::vector<std::string> odd = implausible_values(root, file);

@@ -45,8 +45,10 @@ enum class PartKind : std::uint8_t {
   kSurface,  ///< flat convex facets
 };
 
-/// One `[moving]` or `[[static]]` table.
+/// One `[moving]`, `[[static]]` or `[[part]]` table.
 struct ScenePart {
+  std::string name;                           ///< of a `[[part]]`; empty: another table
+  PartRole role = PartRole::kFixed;           ///< the same
   std::string mesh;                           ///< as written; of a shape its word
   std::filesystem::path path;                 ///< resolved against the scene file's folder
   std::optional<Shape> shape;                 ///< instead of a file
@@ -63,6 +65,10 @@ struct ScenePart {
   std::optional<double> tolerance_m;   ///< the part is simplified within
   bool disjoint = false;               ///< solids that overlap are cut apart
   PartKind kind = PartKind::kAny;      ///< `as`
+  /// Of a part that the hand may hold: its grip in its mesh frame, absent: the centre of volume; and
+  /// the mass that the hand is to feel.
+  std::optional<std::array<double, 3>> grip_m;
+  HeldPartParameters held{};
   std::vector<std::string> notes;      ///< what was taken otherwise than it stands in the file
 };
 
@@ -87,9 +93,8 @@ struct SceneGuide {
 struct SceneFile {
   std::string file;  ///< for messages
   std::string name;
-  ScenePart moving;
-  std::vector<ScenePart> statics;
-  std::optional<std::array<double, 3>> grip_m;  ///< moving mesh frame; absent: centre of volume
+  ScenePart moving;                ///< of `[[part]]` tables the one with role "hand"
+  std::vector<ScenePart> statics;  ///< of these the others, in their order
   SceneParameters parameters =
       default_parameters();  ///< start pose and name are filled by the scene writer, the
                              ///< coupling by choose_coupling
@@ -104,10 +109,16 @@ struct SceneFile {
   /// Values that are hardly meant so, each a sentence with its place.
   std::vector<std::string> warnings;
 
+  /// The hand may hold its parts one after another.
+  [[nodiscard]] bool has_parts() const { return !moving.name.empty(); }
   [[nodiscard]] bool never_turns() const {
     return orientation && !(orientation->max_angle_rad > 0.0);
   }
 };
+
+/// The scene in which another of its parts is held: number 0 is the one of the file, number k its
+/// static part k - 1, which leaves its place to the part that was held.
+SceneFile scene_holding(const SceneFile& scene, std::size_t part);
 
 /// Largest scene file that is read [bytes].
 inline constexpr std::size_t kMaxSceneFileBytes = std::size_t{1} << 20;

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_core/part_hand.hpp"
+
+#include <algorithm>
+
+namespace haptic {
+namespace {
+
+Pose pose_of(const PartPlace& place) noexcept {
+  const double* const q = place.q_wa_xyzw;
+  Pose pose;
+  for (int k = 0; k < 3; ++k) pose.p_wa[k] = static_cast<Real>(place.p_wa_m[k]);
+  pose.q_wa = Quat(static_cast<Real>(q[3]), static_cast<Real>(q[0]), static_cast<Real>(q[1]),
+                   static_cast<Real>(q[2]));
+  return pose;
+}
+
+PartPlace place_of(const Pose& pose) noexcept {
+  PartPlace place;
+  for (int k = 0; k < 3; ++k) place.p_wa_m[k] = static_cast<double>(pose.p_wa[k]);
+  for (int k = 0; k < 4; ++k) place.q_wa_xyzw[k] = static_cast<double>(pose.q_wa.coeffs()[k]);
+  return place;
+}
+
+/// By more than rounding.
+bool differs(const Pose& one, const Pose& other) noexcept {
+  constexpr Real kRoundings = 64 * kRealEpsilon;
+  const Real size_m = one.p_wa.cwiseAbs().maxCoeff() + other.p_wa.cwiseAbs().maxCoeff();
+  const Vec3 way_m = (one.p_wa - other.p_wa).cwiseAbs();
+  const auto turn = (one.q_wa.coeffs() - other.q_wa.coeffs()).cwiseAbs();
+  return way_m.maxCoeff() > kRoundings * size_m || turn.maxCoeff() > kRoundings;
+}
+
+/// The ramp of the clutch has come to its end.
+bool is_let_go(const StepResult& result) noexcept {
+  return result.status == RtStatus::kOk && (result.flags & kFlagRamping) != 0 &&
+         result.spring_w.force_w.isZero(0) && result.spring_w.torque_w.isZero(0);
+}
+
+}  // namespace
+
+RtStatus PartHand::open(std::uint32_t part, Side& side) noexcept {
+  RtStatus status = parts_->place(part, places(), side.room.scene, side.view);
+  if (status == RtStatus::kOk) status = HapticCore::create(side.room.state, side.view, side.core);
+  if (status == RtStatus::kOk) side.core->begin_at(pose_of(places_[part]));
+  return status;
+}
+
+RtStatus PartHand::begin(const PartScenes& parts, const Room& one, const Room& other) noexcept {
+  if (parts.count() == 0) return RtStatus::kNotGraspable;
+  parts_ = &parts;
+  for (std::uint32_t k = 0; k < parts.count(); ++k) places_[k] = parts.start_of(k);
+  sides_[0].room = one;
+  sides_[1].room = other;
+  part_ = side_ = 0;
+  hash_ = 0;
+  const RtStatus status = open(0, sides_[0]);
+  if (status != RtStatus::kOk) return status;
+  // It is held as in a scene of one part: its goal is the device's pose.
+  sides_[0].core->reset();
+  phase_.store(Phase::kHolding, std::memory_order_release);
+  return RtStatus::kOk;
+}
+
+RtStatus PartHand::prepare(std::uint32_t part) noexcept {
+  const bool may = phase() == Phase::kEmpty && part < parts_->count() && parts_->may_be_held(part);
+  if (!may) return RtStatus::kNotGraspable;
+  const RtStatus status = open(part, sides_[1 - side_]);
+  if (status != RtStatus::kOk) return status;
+  next_ = part;
+  phase_.store(Phase::kPrepared, std::memory_order_release);
+  return RtStatus::kOk;
+}
+
+void PartHand::release() noexcept {
+  if (phase() == Phase::kHolding) phase_.store(Phase::kLettingGo, std::memory_order_release);
+}
+
+/// The part has been let go where it is felt; one that was only taken is where it was, to the bit.
+void PartHand::leave(const StepResult& last) noexcept {
+  left_wa_ = last.proxy_pose_wa;
+  if (differs(left_wa_, taken_wa_)) places_[part_] = place_of(left_wa_);
+  phase_.store(Phase::kEmpty, std::memory_order_release);
+}
+
+StepResult PartHand::empty_step(const StepInput& input) const noexcept {
+  StepResult result;
+  result.goal_pose_wa = input.pose_wa;
+  result.proxy_pose_wa = left_wa_;
+  result.flags = kFlagClutched | kFlagRamping;
+  result.state_hash = hash_;
+  return result;
+}
+
+StepResult PartHand::step(const StepInput& input) noexcept {
+  const Phase phase = this->phase();
+  if (phase == Phase::kEmpty) return empty_step(input);
+  StepInput given = input;
+  if (phase != Phase::kHolding) given.clutched = true;
+  if (phase == Phase::kPrepared) {
+    side_ = 1 - side_;
+    part_ = next_;
+    phase_.store(Phase::kHolding, std::memory_order_release);
+  }
+  const StepResult result = core().step(given);
+  if (phase == Phase::kPrepared || !taken_) taken_wa_ = result.proxy_pose_wa;
+  taken_ = true;
+  hash_ = result.state_hash;
+  if (phase == Phase::kLettingGo && is_let_go(result)) leave(result);
+  return result;
+}
+
+}  // namespace haptic

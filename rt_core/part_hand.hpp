@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// A hand that holds one part after another. Each part has a scene in which it moves and the others
+/// stand (scene/part_scenes.hpp), and a core over that; to hold another part is to go on with its
+/// core. What is felt never jumps: a part is let go by the ramp of the clutch, stays where it is,
+/// and the next one is taken where it lies, with no force.
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "rt_core/base/status.hpp"
+#include "rt_core/haptic_core.hpp"
+#include "rt_core/scene/part_scenes.hpp"
+
+namespace haptic {
+
+/// Owner of `step` and `release`: the servo thread. `prepare` belongs to another one, or to the
+/// same between ticks. Memory: the caller's, two rooms, of which one is in use.
+///
+///     kHolding --release()--> kLettingGo --wrench zero--> kEmpty --prepare()--> kPrepared
+///     --step()--> kHolding
+class PartHand {
+ public:
+  /// `scene`: PartScenes::most_bytes(), `state`: most_state_bytes(), both aligned to 64 bytes.
+  struct Room {
+    std::span<std::byte> scene, state;
+  };
+  enum class Phase : std::uint32_t { kHolding, kLettingGo, kEmpty, kPrepared };
+
+  PartHand() noexcept = default;
+  PartHand(const PartHand&) = delete;
+  PartHand& operator=(const PartHand&) = delete;
+
+  /// Holds the part with the hand's role, where it starts. `parts` must outlive the hand.
+  /// @return kOk; kNotGraspable for a scene without parts; as PartScenes::place and
+  /// HapticCore::create. Cost: O(bytes), no heap.
+  [[nodiscard]] RtStatus begin(const PartScenes& parts, const Room& one,
+                               const Room& other) noexcept;
+
+  /// One tick. While the hand holds nothing the wrench is zero, and proxy_pose_wa is where the last
+  /// part was left. StepInput::pose_wa is the device's, of any frame: what counts for a part is how
+  /// it goes on from where the part was taken.
+  [[nodiscard]] StepResult step(const StepInput& input) noexcept;
+  /// Lets go: the wrench fades by the ramp of the clutch, and the part stays. Without effect where
+  /// the hand holds nothing.
+  void release() noexcept;
+
+  /// Makes ready that the next step takes `part`. Only while the hand holds nothing.
+  /// @return kOk; kNotGraspable; as PartScenes::place and HapticCore::create. Where it fails the
+  /// hand holds nothing still. Cost: O(bytes of the part's scene), no heap. Not for the servo loop.
+  [[nodiscard]] RtStatus prepare(std::uint32_t part) noexcept;
+
+  [[nodiscard]] Phase phase() const noexcept { return phase_.load(std::memory_order_acquire); }
+  /// The part that is held, or was last.
+  [[nodiscard]] std::uint32_t part() const noexcept { return part_; }
+  /// Where the parts are; of the one that is held, where it was taken.
+  [[nodiscard]] std::span<const PartPlace> places() const noexcept {
+    return {places_.data(), parts_->count()};
+  }
+  /// The core and the scene of the part that is held, or was last.
+  [[nodiscard]] HapticCore& core() noexcept { return *sides_[side_].core; }
+  [[nodiscard]] const SceneView& scene() const noexcept { return sides_[side_].view; }
+
+ private:
+  struct Side {
+    Room room;
+    SceneView view;
+    HapticCore* core = nullptr;
+  };
+
+  [[nodiscard]] RtStatus open(std::uint32_t part, Side& side) noexcept;
+  [[nodiscard]] StepResult empty_step(const StepInput& input) const noexcept;
+  void leave(const StepResult& last) noexcept;
+
+  const PartScenes* parts_ = nullptr;
+  std::array<Side, 2> sides_;
+  std::array<PartPlace, kMostParts> places_;
+  std::uint32_t part_ = 0, next_ = 0, side_ = 0;
+  std::uint64_t hash_ = 0;
+  Pose taken_wa_, left_wa_;  ///< of the part that is held, or was last
+  bool taken_ = false;       ///< there was a step
+  std::atomic<Phase> phase_{Phase::kEmpty};
+};
+
+}  // namespace haptic

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// Parts that the hand holds one after another. A compiled scene of such parts is the scene of the
+/// one that it holds at first, and holds a scene for each that may be held, in which that one moves
+/// and the others stand. To hold another part is to go on in its scene, with the others placed
+/// where they are.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "rt_core/base/status.hpp"
+#include "rt_core/scene/placed_bodies.hpp"
+#include "rt_core/scene/scene_view.hpp"
+
+namespace haptic {
+
+/// Parts of one scene, at most: as many places have room on a stack.
+inline constexpr std::uint32_t kMostParts = 64;
+
+class PartScenes {
+ public:
+  /// Checks what `scene` says of its parts, and opens each of their scenes once.
+  /// @return kOk, also for a scene without parts, which has count() 0; else what is wrong with
+  /// them. Cost: O(bytes), no heap. `scene` must outlive `parts`.
+  [[nodiscard]] static RtStatus open(const SceneView& scene, PartScenes& parts) noexcept;
+
+  [[nodiscard]] std::uint32_t count() const noexcept {
+    return static_cast<std::uint32_t>(parts_.size());
+  }
+  [[nodiscard]] const PartRecord& operator[](std::uint32_t part) const noexcept {
+    return parts_[part];
+  }
+  [[nodiscard]] bool may_be_held(std::uint32_t part) const noexcept {
+    return parts_[part].scene_bytes > 0;
+  }
+  /// UTF-8, not terminated.
+  [[nodiscard]] std::string_view name(std::uint32_t part) const noexcept;
+  /// Where the part is at the start.
+  [[nodiscard]] PartPlace start_of(std::uint32_t part) const noexcept;
+  /// The parts that are the static bodies of the scene of `part`, in their order.
+  [[nodiscard]] std::span<const std::uint32_t> others_of(std::uint32_t part) const noexcept;
+  /// The scene in which `part` is held, as it was compiled; empty: it may not be.
+  [[nodiscard]] std::span<const std::byte> scene_of(std::uint32_t part) const noexcept;
+  /// Bytes of the largest of these scenes, and state of a core for any of them.
+  [[nodiscard]] std::size_t most_bytes() const noexcept { return most_bytes_; }
+  [[nodiscard]] std::size_t most_state_bytes() const noexcept { return most_state_bytes_; }
+
+  /// Writes the scene in which `part` is held with all parts at `places`, by part: it starts at its
+  /// own, and the others stand at theirs. A part at its start keeps its bits.
+  /// @param memory  most_bytes() at a multiple of kSceneAlignment.
+  /// @param view    the scene as it was written.
+  /// @return kOk; kBlobBadIndex for a part that may not be held; kBlobBadCount for another number
+  /// of places; as place_bodies; what SceneView::open finds. Cost: O(bytes), no heap. Not for the
+  /// servo loop.
+  [[nodiscard]] RtStatus place(std::uint32_t part, std::span<const PartPlace> places,
+                               std::span<std::byte> memory, SceneView& view) const noexcept;
+
+ private:
+  const SceneView* scene_ = nullptr;
+  std::span<const PartRecord> parts_;
+  std::span<const std::uint32_t> bodies_;
+  std::span<const std::byte> scenes_;
+  std::size_t most_bytes_ = 0, most_state_bytes_ = 0;
+};
+
+}  // namespace haptic

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The tables of a scene whose parts the hand holds one after another (rt_core/scene/
+/// part_scenes.hpp).
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "rt_core/scene/part_scenes.hpp"
+
+namespace haptic::tools {
+
+struct HeldPart {
+  PartRole role = PartRole::kFixed;
+  PartPlace start;
+  std::vector<std::byte> scene;       ///< in which it is held; empty: never
+  std::vector<std::uint32_t> others;  ///< the parts that are its static bodies, in their order
+};
+
+/// `scene`, that of the part which is held at first, with what it says of its parts, by body.
+/// @throws InputError when the core refuses what it says.
+std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
+                                  const std::vector<HeldPart>& parts);
+
+}  // namespace haptic::tools
