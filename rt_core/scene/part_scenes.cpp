@@ -3,7 +3,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "rt_core/scene/placed_bodies.hpp"
@@ -87,7 +86,8 @@ RtStatus PartScenes::open(const SceneView& scene, PartScenes& parts) noexcept {
   for (std::uint32_t k = 0; k < p.count(); ++k) {
     const PartRecord& part = p.parts_[k];
     const bool is_hand = part.role == PartRole::kHand, is_held = part.scene_bytes > 0;
-    const bool is_known = is_hand || part.role == PartRole::kPlaced || part.role == PartRole::kFixed;
+    const bool is_known =
+        is_hand || part.role == PartRole::kPlaced || part.role == PartRole::kFixed;
     if (!is_known || is_hand != (k == 0) || is_held != (part.role != PartRole::kFixed) ||
         part.reserved != 0 || !is_place(start_in(part))) {
       return RtStatus::kBlobBadNumber;
@@ -121,13 +121,14 @@ RtStatus PartScenes::place(std::uint32_t part, std::span<const PartPlace> places
   SceneView held;
   RtStatus status = SceneView::open(scene_of(part), held);
   if (status != RtStatus::kOk) return status;
-  std::array<BodyMove, kMostParts> moves;
-  std::uint32_t body = 0;
-  for (const std::uint32_t other : others_of(part))
-    moves[body++] = move_between(start_of(other), places[other]);
-  status = place_bodies(held, places[part], std::span(moves).first(body), memory);
-  if (status != RtStatus::kOk) return status;
-  return SceneView::open(memory.first(held.blob().size()), view);
+  PlacedBodies placed;
+  status = placed.begin(held, places[part], memory);
+  std::size_t body = 1;
+  for (const std::uint32_t other : others_of(part)) {
+    if (status == RtStatus::kOk)
+      status = placed.move(body++, move_between(start_of(other), places[other]));
+  }
+  return status == RtStatus::kOk ? SceneView::open(placed.finish(), view) : status;
 }
 
 }  // namespace haptic

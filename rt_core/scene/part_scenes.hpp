@@ -16,7 +16,7 @@
 
 namespace haptic {
 
-/// Parts of one scene, at most: as many places have room on a stack.
+/// Parts of one scene, at most.
 inline constexpr std::uint32_t kMostParts = 64;
 
 class PartScenes {
@@ -52,7 +52,7 @@ class PartScenes {
   /// @param memory  most_bytes() at a multiple of kSceneAlignment.
   /// @param view    the scene as it was written.
   /// @return kOk; kBlobBadIndex for a part that may not be held; kBlobBadCount for another number
-  /// of places; as place_bodies; what SceneView::open finds. Cost: O(bytes), no heap. Not for the
+  /// of places; as PlacedBodies; what SceneView::open finds. Cost: O(bytes), no heap. Not for the
   /// servo loop.
   [[nodiscard]] RtStatus place(std::uint32_t part, std::span<const PartPlace> places,
                                std::span<std::byte> memory, SceneView& view) const noexcept;

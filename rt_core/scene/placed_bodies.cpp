@@ -119,48 +119,54 @@ ConeRun cones_of(std::span<const PieceRecord> pieces, std::span<const ConeRange>
 
 }  // namespace
 
-RtStatus place_bodies(const SceneView& scene, const PartPlace& start,
-                      std::span<const BodyMove> moves, std::span<std::byte> placed) noexcept {
+RtStatus PlacedBodies::begin(const SceneView& scene, const PartPlace& start,
+                             std::span<std::byte> memory) noexcept {
   const std::span<const std::byte> blob = scene.blob();
-  if (placed.size() < blob.size()) return RtStatus::kMemoryTooSmall;
-  if (reinterpret_cast<std::uintptr_t>(placed.data()) % kSceneAlignment != 0)
+  if (memory.size() < blob.size()) return RtStatus::kMemoryTooSmall;
+  if (reinterpret_cast<std::uintptr_t>(memory.data()) % kSceneAlignment != 0)
     return RtStatus::kMemoryMisaligned;
-  if (moves.size() + 1 != scene.bodies().size()) return RtStatus::kBlobBadCount;
-  std::memcpy(placed.data(), blob.data(), blob.size());
-  const Tables tables(scene.sections(), placed);
+  scene_ = &scene;
+  blob_ = memory.first(blob.size());
+  std::memcpy(blob_.data(), blob.data(), blob.size());
+  const Tables tables(scene.sections(), blob_);
   for (SceneParameters& parameters : tables.of<SceneParameters>(SectionId::kParameters)) {
     std::copy_n(start.p_wa_m, 3, parameters.start_p_wa_m);
     std::copy_n(start.q_wa_xyzw, 4, parameters.start_q_wa_xyzw);
   }
-  const auto bodies = tables.of<BodyRecord>(SectionId::kBodies);
-  const auto pieces = tables.of<PieceRecord>(SectionId::kPieces);
-  const auto planes = tables.of<PlaneRecord>(SectionId::kPlanes);
-  const auto ranges = tables.of<ConeRange>(SectionId::kConeRanges);
-  const auto directions = tables.of<Real>(SectionId::kConeDirections);
-  for (std::size_t b = 1; b < bodies.size(); ++b) {
-    const BodyMove& move = moves[b - 1];
-    if (move.is_none()) continue;
-    const double* const q = move.turn_xyzw;
-    const Eigen::Quaterniond turn(q[3], q[0], q[1], q[2]);
-    if (!(std::abs(turn.squaredNorm() - 1) <= 1e-6)) return RtStatus::kBlobBadNumber;
-    const Eigen::Matrix3d matrix = turn.normalized().toRotationMatrix();
-    BodyRecord& body = bodies[b];
-    const Vector reference = matrix * Vector(body.reference_m) + Vector(move.shift_m);
-    for (int k = 0; k < 3; ++k) {
-      if (!check::is_coordinate(reference[k])) return RtStatus::kBlobBadNumber;
-      body.reference_m[k] = reference[k];
-    }
-    const Turned turned(matrix);
-    const auto own = pieces.subspan(body.piece_begin, body.piece_count);
-    turned.pieces(own, tables);
-    turned.planes(planes.subspan(body.plane_begin, body.plane_count));
-    const ConeRun run = cones_of(own, ranges);
-    for (std::uint32_t k = run.begin; k < run.end; ++k)
-      turned.unit(directions.data() + 3 * std::size_t{k});
-  }
-  SceneHeader& header = *reinterpret_cast<SceneHeader*>(placed.data());
-  header.content_hash = scene_content_hash(placed.first(blob.size()));
   return RtStatus::kOk;
+}
+
+RtStatus PlacedBodies::move(std::size_t number, const BodyMove& move) noexcept {
+  const Tables tables(scene_->sections(), blob_);
+  const auto bodies = tables.of<BodyRecord>(SectionId::kBodies);
+  if (number == 0 || number >= bodies.size()) return RtStatus::kBlobBadCount;
+  if (move.is_none()) return RtStatus::kOk;
+  const double* const q = move.turn_xyzw;
+  const Eigen::Quaterniond turn(q[3], q[0], q[1], q[2]);
+  if (!(std::abs(turn.squaredNorm() - 1) <= 1e-6)) return RtStatus::kBlobBadNumber;
+  const Eigen::Matrix3d matrix = turn.normalized().toRotationMatrix();
+  BodyRecord& body = bodies[number];
+  const Vector reference = matrix * Vector(body.reference_m) + Vector(move.shift_m);
+  for (int k = 0; k < 3; ++k) {
+    if (!check::is_coordinate(reference[k])) return RtStatus::kBlobBadNumber;
+    body.reference_m[k] = reference[k];
+  }
+  const Turned turned(matrix);
+  const auto pieces =
+      tables.of<PieceRecord>(SectionId::kPieces).subspan(body.piece_begin, body.piece_count);
+  turned.pieces(pieces, tables);
+  turned.planes(
+      tables.of<PlaneRecord>(SectionId::kPlanes).subspan(body.plane_begin, body.plane_count));
+  const auto directions = tables.of<Real>(SectionId::kConeDirections);
+  const ConeRun run = cones_of(pieces, tables.of<ConeRange>(SectionId::kConeRanges));
+  for (std::uint32_t k = run.begin; k < run.end; ++k)
+    turned.unit(directions.data() + 3 * std::size_t{k});
+  return RtStatus::kOk;
+}
+
+std::span<const std::byte> PlacedBodies::finish() noexcept {
+  reinterpret_cast<SceneHeader*>(blob_.data())->content_hash = scene_content_hash(blob_);
+  return blob_;
 }
 
 }  // namespace haptic

@@ -35,18 +35,27 @@ struct BodyMove {
   }
 };
 
-/// Writes the scene into `placed` with body b + 1 moved by `moves[b]`, and the start of the moving
-/// body at `start`. A body that was not moved
-/// keeps its bits; the others round once, however often they have been moved, for `scene` is the
-/// compiled one. Its graphs must not have been pruned by orientation or workspace.
-/// @param moves   one for each static body.
-/// @param placed  scene.blob().size() bytes, at a multiple of kSceneAlignment; not the scene's own.
-/// @return kOk; kMemoryTooSmall, kMemoryMisaligned for `placed`; kBlobBadCount for another number
-/// of moves; kBlobBadNumber for a turn that is not unit to 1e-6, or for a body outside the format's
-/// range of coordinates.
-/// Cost: O(bytes), no heap. Not for the servo loop.
-[[nodiscard]] RtStatus place_bodies(const SceneView& scene, const PartPlace& start,
-                                    std::span<const BodyMove> moves,
-                                    std::span<std::byte> placed) noexcept;
+/// The copy of a scene whose static bodies are moved one by one. Its graphs must not have been
+/// pruned by orientation or workspace. A body that is not moved keeps its bits; the others round
+/// once, however often their part was moved, for the scene copied is the compiled one.
+/// No heap; not for the servo loop.
+class PlacedBodies {
+ public:
+  /// Copies `scene` into `memory`, scene.blob().size() bytes at a multiple of kSceneAlignment, with
+  /// the start of the moving body at `start`. `scene` must outlive this.
+  /// @return kOk; kMemoryTooSmall, kMemoryMisaligned. Cost: O(bytes).
+  [[nodiscard]] RtStatus begin(const SceneView& scene, const PartPlace& start,
+                               std::span<std::byte> memory) noexcept;
+  /// Moves static body `body`, at least 1, each at most once.
+  /// @return kOk; kBlobBadCount for no such body; kBlobBadNumber for a turn that is not unit to
+  /// 1e-6, or for a body outside the format's range of coordinates. Cost: O(bytes of the body).
+  [[nodiscard]] RtStatus move(std::size_t body, const BodyMove& move) noexcept;
+  /// What SceneView::open takes. Cost: O(bytes).
+  [[nodiscard]] std::span<const std::byte> finish() noexcept;
+
+ private:
+  const SceneView* scene_ = nullptr;
+  std::span<std::byte> blob_;
+};
 
 }  // namespace haptic

@@ -31,6 +31,16 @@ PartPlace start_of(const SceneView& scene) {
   return place;
 }
 
+RtStatus place_bodies(const SceneView& scene, const PartPlace& start,
+                      const std::vector<BodyMove>& moves, std::span<std::byte> memory) {
+  PlacedBodies placed;
+  RtStatus status = placed.begin(scene, start, memory);
+  for (std::size_t b = 0; b < moves.size() && status == RtStatus::kOk; ++b)
+    status = placed.move(b + 1, moves[b]);
+  if (status == RtStatus::kOk) CHECK(placed.finish().size() == scene.blob().size());
+  return status;
+}
+
 /// A copy of a scene with its static bodies elsewhere.
 struct Placed {
   Placed(const SceneView& scene, const std::vector<BodyMove>& moves)
@@ -183,7 +193,7 @@ TEST_SUITE("rt_core.placed_bodies") {
           RtStatus::kMemoryTooSmall);
     CHECK(place_bodies(home.view, start_of(home.view), none, {lines[0].bytes + 8, memory.size()}) ==
           RtStatus::kMemoryMisaligned);
-    CHECK(place_bodies(home.view, start_of(home.view), std::vector<BodyMove>(2), memory) ==
+    CHECK(place_bodies(home.view, start_of(home.view), std::vector<BodyMove>(4), memory) ==
           RtStatus::kBlobBadCount);
     std::vector<BodyMove> far = none, bent = none, lost = none;
     far[1].shift_m[2] = 2 * kMaxSceneLength_m;

@@ -686,8 +686,7 @@ HeldPart part_of(const ScenePart& part) {
   held.role = part.role;
   const std::array<double, 4>& q = part.quaternion_wxyz;
   for (int k = 0; k < 3; ++k) held.start.p_wa_m[k] = part.position_m[static_cast<std::size_t>(k)];
-  for (int k = 0; k < 4; ++k)
-    held.start.q_wa_xyzw[k] = q[static_cast<std::size_t>(k + 1) % 4];
+  for (int k = 0; k < 4; ++k) held.start.q_wa_xyzw[k] = q[static_cast<std::size_t>(k + 1) % 4];
   return held;
 }
 
@@ -745,9 +744,9 @@ CompiledScene compiled_with(const SceneFile& scene, std::vector<CompiledPart> pa
   WrittenPart moving = written_part(std::move(parts[0]), scene.moving, result.parts[0]);
   for (std::size_t k = 0; k < 3; ++k) {
     // Default grip: the centre of volume, which the body gives about its own origin.
-    description.grip_m[k] =
-        scene.moving.grip_m ? (*scene.moving.grip_m)[k]
-                     : moving.placed.body.centre_of_volume_m[k] + moving.placed.mesh_origin_m[k];
+    description.grip_m[k] = scene.moving.grip_m ? (*scene.moving.grip_m)[k]
+                                                : moving.placed.body.centre_of_volume_m[k] +
+                                                      moving.placed.mesh_origin_m[k];
   }
   description.moving = std::move(moving.placed);
   description.exposure = std::move(moving.exposure);

@@ -404,14 +404,16 @@ PartRole read_role(const TomlTable& t) {
   if (*role == "hand") return PartRole::kHand;
   if (*role == "placed") return PartRole::kPlaced;
   if (*role == "fixed") return PartRole::kFixed;
-  t.fail("role", "is '" + *role +
-                     "'; give \"hand\" for the part that is held at first, \"placed\" for one that "
-                     "may be held and stays where it is let go, \"fixed\" for one that never moves");
+  t.fail("role",
+         "is '" + *role +
+             "'; give \"hand\" for the part that is held at first, \"placed\" for one that "
+             "may be held and stays where it is let go, \"fixed\" for one that never moves");
 }
 
 ScenePart read_named_part(const TomlTable& t, const std::filesystem::path& folder) {
   const auto name = t.text("name");
-  if (!name || name->empty()) t.fail_missing("name", "give the part a name, as the hand's commands have it");
+  if (!name || name->empty())
+    t.fail_missing("name", "give the part a name, as the hand's commands have it");
   const PartRole role = read_role(t);
   bool posed = false;
   ScenePart part = read_part(t, folder, posed);
@@ -433,8 +435,9 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
   keys.insert(keys.end(), {"name", "role"});
   for (const char* key : {"moving", "static", "start"}) {
     if (!top.has(key)) continue;
-    top.fail(key, "is of a scene with one moving part, and [[part]] is given too; write it as a "
-                  "[[part]] with name and role, or leave out [[part]]");
+    top.fail(key,
+             "is of a scene with one moving part, and [[part]] is given too; write it as a "
+             "[[part]] with name and role, or leave out [[part]]");
   }
   bool has_hand = false;
   std::vector<std::string> names;
@@ -450,12 +453,14 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
       scene.statics.push_back(std::move(part));
       continue;
     }
-    if (has_hand) t.fail("role", "is \"hand\" of another part already; the hand holds one at a time");
+    if (has_hand)
+      t.fail("role", "is \"hand\" of another part already; the hand holds one at a time");
     has_hand = true;
     scene.moving = std::move(part);
     scene.parameters.held = scene.moving.held;
   }
-  if (!has_hand) top.fail("part", "none has role = \"hand\"; give it to the part that is held at first");
+  if (!has_hand)
+    top.fail("part", "none has role = \"hand\"; give it to the part that is held at first");
   if (scene.statics.empty()) top.fail("part", "is one alone; add the parts that it meets");
 }
 
@@ -463,9 +468,11 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
 void check_parts(const TomlTable& top, const SceneFile& scene) {
   if (!scene.has_parts()) return;
   if (scene.orientation || scene.workspace)
-    top.fail("motion_limits", "orientation and workspace are of one moving part; leave them out in a "
-                              "scene with [[part]]");
-  if (scene.guide) top.fail("guide", "leads one moving part; leave it out in a scene with [[part]]");
+    top.fail("motion_limits",
+             "orientation and workspace are of one moving part; leave them out in a "
+             "scene with [[part]]");
+  if (scene.guide)
+    top.fail("guide", "leads one moving part; leave it out in a scene with [[part]]");
   if (scene.parameters.law != LawId::kProxy || has_goal_contact(scene.parameters))
     top.fail("rendering", "[[part]] asks for law = \"proxy\" without goal_contact");
 }

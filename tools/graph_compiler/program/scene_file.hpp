@@ -65,11 +65,11 @@ struct ScenePart {
   std::optional<double> tolerance_m;   ///< the part is simplified within
   bool disjoint = false;               ///< solids that overlap are cut apart
   PartKind kind = PartKind::kAny;      ///< `as`
-  /// Of a part that the hand may hold: its grip in its mesh frame, absent: the centre of volume; and
-  /// the mass that the hand is to feel.
+  /// Of a part that the hand may hold: its grip in its mesh frame, absent: the centre of volume;
+  /// and the mass that the hand is to feel.
   std::optional<std::array<double, 3>> grip_m;
   HeldPartParameters held{};
-  std::vector<std::string> notes;      ///< what was taken otherwise than it stands in the file
+  std::vector<std::string> notes;  ///< what was taken otherwise than it stands in the file
 };
 
 /// A limit of `[budget]` with its place in the file, for the message when it is exceeded.
