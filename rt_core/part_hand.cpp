@@ -22,6 +22,12 @@ PartPlace place_of(const Pose& pose) noexcept {
   return place;
 }
 
+Vec3 grip_of(const SceneView& scene) noexcept {
+  Vec3 grip;
+  for (int k = 0; k < 3; ++k) grip[k] = static_cast<Real>(scene.bodies()[0].reference_m[k]);
+  return grip;
+}
+
 /// By more than rounding.
 bool differs(const Pose& one, const Pose& other) noexcept {
   constexpr Real kRoundings = 64 * kRealEpsilon;
@@ -52,12 +58,15 @@ RtStatus PartHand::begin(const PartScenes& parts, const Room& one, const Room& o
   for (std::uint32_t k = 0; k < parts.count(); ++k) places_[k] = parts.start_of(k);
   sides_[0].room = one;
   sides_[1].room = other;
-  part_ = side_ = 0;
+  part_.store(0, std::memory_order_release);
+  side_ = 0;
   hash_ = 0;
+  was_taken_ = begins_ = false;
   const RtStatus status = open(0, sides_[0]);
   if (status != RtStatus::kOk) return status;
   // It is held as in a scene of one part: its goal is the device's pose.
   sides_[0].core->reset();
+  grip_a_ = grip_of(sides_[0].view);
   phase_.store(Phase::kHolding, std::memory_order_release);
   return RtStatus::kOk;
 }
@@ -73,13 +82,31 @@ RtStatus PartHand::prepare(std::uint32_t part) noexcept {
 }
 
 void PartHand::release() noexcept {
-  if (phase() == Phase::kHolding) phase_.store(Phase::kLettingGo, std::memory_order_release);
+  Phase holding = Phase::kHolding;
+  static_cast<void>(phase_.compare_exchange_strong(holding, Phase::kLettingGo));
+}
+
+void PartHand::reset() noexcept {
+  const Phase phase = this->phase();
+  if (phase == Phase::kEmpty || phase == Phase::kPrepared) return;
+  core().reset();
+  begins_ = part() != 0 && was_taken_;
+  if (begins_) core().begin_at(felt_wa_);
+}
+
+/// The hand leads the first part by its grip point, and any other by its own.
+StepInput PartHand::led(const StepInput& input) const noexcept {
+  StepInput given = input;
+  if (part() == 0) return given;
+  const Vec3 between_a = grip_a_ - grip_of(scene());
+  given.pose_wa.p_wa += input.pose_wa.q_wa * between_a;
+  return given;
 }
 
 /// The part has been let go where it is felt; one that was only taken is where it was, to the bit.
 void PartHand::leave(const StepResult& last) noexcept {
   left_wa_ = last.proxy_pose_wa;
-  if (differs(left_wa_, taken_wa_)) places_[part_] = place_of(left_wa_);
+  if (differs(left_wa_, taken_wa_)) places_[part()] = place_of(left_wa_);
   phase_.store(Phase::kEmpty, std::memory_order_release);
 }
 
@@ -95,17 +122,22 @@ StepResult PartHand::empty_step(const StepInput& input) const noexcept {
 StepResult PartHand::step(const StepInput& input) noexcept {
   const Phase phase = this->phase();
   if (phase == Phase::kEmpty) return empty_step(input);
-  StepInput given = input;
-  if (phase != Phase::kHolding) given.clutched = true;
   if (phase == Phase::kPrepared) {
     side_ = 1 - side_;
-    part_ = next_;
+    part_.store(next_, std::memory_order_release);
+    was_taken_ = false;
+    begins_ = true;
     phase_.store(Phase::kHolding, std::memory_order_release);
   }
+  StepInput given = led(input);
+  if (phase == Phase::kLettingGo || begins_) given.clutched = true;
   const StepResult result = core().step(given);
-  if (phase == Phase::kPrepared || !taken_) taken_wa_ = result.proxy_pose_wa;
-  taken_ = true;
   hash_ = result.state_hash;
+  if (result.status != RtStatus::kOk) return result;
+  begins_ = false;
+  felt_wa_ = result.proxy_pose_wa;
+  if (!was_taken_) taken_wa_ = felt_wa_;
+  was_taken_ = true;
   if (phase == Phase::kLettingGo && is_let_go(result)) leave(result);
   return result;
 }

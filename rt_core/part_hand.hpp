@@ -17,8 +17,8 @@
 
 namespace haptic {
 
-/// Owner of `step` and `release`: the servo thread. `prepare` belongs to another one, or to the
-/// same between ticks. Memory: the caller's, two rooms, of which one is in use.
+/// Owner of `step` and `reset`: the servo thread. `release` and `prepare` belong to one other
+/// thread, or to the same between ticks. Memory: the caller's, two rooms, of which one is in use.
 ///
 ///     kHolding --release()--> kLettingGo --wrench zero--> kEmpty --prepare()--> kPrepared
 ///     --step()--> kHolding
@@ -41,9 +41,13 @@ class PartHand {
                                const Room& other) noexcept;
 
   /// One tick. While the hand holds nothing the wrench is zero, and proxy_pose_wa is where the last
-  /// part was left. StepInput::pose_wa is the device's, of any frame: what counts for a part is how
-  /// it goes on from where the part was taken.
+  /// part was left. StepInput::pose_wa is that of the first part's mesh frame as the hand leads it,
+  /// whatever part is held: every part is led by its own grip point as the first one is by its, on
+  /// from where it was taken.
   [[nodiscard]] StepResult step(const StepInput& input) noexcept;
+  /// Forgets all contact history. A part other than the first stays where it is felt until the next
+  /// step, and goes on from there.
+  void reset() noexcept;
   /// Lets go: the wrench fades by the ramp of the clutch, and the part stays. Without effect where
   /// the hand holds nothing.
   void release() noexcept;
@@ -55,7 +59,9 @@ class PartHand {
 
   [[nodiscard]] Phase phase() const noexcept { return phase_.load(std::memory_order_acquire); }
   /// The part that is held, or was last.
-  [[nodiscard]] std::uint32_t part() const noexcept { return part_; }
+  [[nodiscard]] std::uint32_t part() const noexcept {
+    return part_.load(std::memory_order_acquire);
+  }
   /// Where the parts are; of the one that is held, where it was taken.
   [[nodiscard]] std::span<const PartPlace> places() const noexcept {
     return {places_.data(), parts_->count()};
@@ -72,16 +78,20 @@ class PartHand {
   };
 
   [[nodiscard]] RtStatus open(std::uint32_t part, Side& side) noexcept;
+  [[nodiscard]] StepInput led(const StepInput& input) const noexcept;
   [[nodiscard]] StepResult empty_step(const StepInput& input) const noexcept;
   void leave(const StepResult& last) noexcept;
 
   const PartScenes* parts_ = nullptr;
   std::array<Side, 2> sides_;
   std::array<PartPlace, kMostParts> places_;
-  std::uint32_t part_ = 0, next_ = 0, side_ = 0;
+  std::uint32_t next_ = 0, side_ = 0;
   std::uint64_t hash_ = 0;
-  Pose taken_wa_, left_wa_;  ///< of the part that is held, or was last
-  bool taken_ = false;       ///< there was a step
+  Vec3 grip_a_ = Vec3::Zero();         ///< of the first part, in its mesh frame
+  Pose taken_wa_, felt_wa_, left_wa_;  ///< of the part that is held, or was last
+  bool was_taken_ = false;             ///< there was a step with it
+  bool begins_ = false;  ///< the next step is the first of a core that begins at a place
+  std::atomic<std::uint32_t> part_{0};
   std::atomic<Phase> phase_{Phase::kEmpty};
 };
 
