@@ -68,6 +68,30 @@ void print_end(const RunEnd& end) {
   std::printf("%s\n", end.line().c_str());
 }
 
+nlohmann::ordered_json holds_json(const std::vector<HoldEvent>& holds) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const HoldEvent& event : holds) {
+    list.push_back({{"what", event.taken ? "taken" : "let go"},
+                    {"part", event.part},
+                    {"asked_s", event.asked_s},
+                    {"t_s", event.t_s},
+                    {"force_n", event.force_n},
+                    {"force_step_n", event.force_step_n},
+                    {"torque_step_nm", event.torque_step_nm},
+                    {"moved_m", event.moved_m}});
+  }
+  return list;
+}
+
+void print_holds(const std::vector<HoldEvent>& holds) {
+  for (const HoldEvent& event : holds) {
+    std::printf("%8.3f s  %s %s", event.t_s, event.part.c_str(), event.taken ? "taken" : "let go");
+    if (!event.taken) std::printf(" from %.3g N", event.force_n);
+    std::printf(": steps of force at most %.3g N, of torque %.3g N m, moved %.2g um\n",
+                event.force_step_n, event.torque_step_nm, 1e6 * event.moved_m);
+  }
+}
+
 }  // namespace
 
 std::string RunEnd::line() const { return std::string(tools::verdict_line(verdict, other).view()); }
@@ -93,7 +117,8 @@ void add_loop_failures(RunEnd& end, const LoopTotals& t, const RestOscillation& 
 }
 
 nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals& t,
-                                    const RestOscillation& rest, const RunEnd& end) {
+                                    const RestOscillation& rest,
+                                    const std::vector<HoldEvent>& holds, const RunEnd& end) {
   const DeviceModel& device = subject.device;
   nlohmann::ordered_json json;
   json["scene"] = subject.scene;
@@ -133,6 +158,7 @@ nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals&
   json["smallest_proxy_gap_m"] = t.smallest_gap_m;
   json["largest_speed_m_per_s"] = t.largest_speed_m_per_s;
   json["largest_turn_rad_per_s"] = t.largest_turn_rad_per_s;
+  if (!holds.empty()) json["holds"] = holds_json(holds);
   json["runs_away"] = t.runs_away();
   json["rest"] = rest_account(rest);
   json["passed"] = end.passed();
@@ -141,11 +167,12 @@ nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals&
 }
 
 void print_loop(const RunSubject& subject, const LoopTotals& t, const RestOscillation& rest,
-                const RunEnd& end) {
+                const std::vector<HoldEvent>& holds, const RunEnd& end) {
   std::printf("closed loop on %s: law %s, %s hand, %g Hz, delay %u\n", subject.scene.c_str(),
               law_name(subject.law), subject.hand.c_str(), subject.rate_hz,
               subject.device.delay_samples);
   print_motion(t);
+  print_holds(holds);
   print_rest(rest);
   print_end(end);
 }
@@ -153,7 +180,7 @@ void print_loop(const RunSubject& subject, const LoopTotals& t, const RestOscill
 nlohmann::ordered_json stack_account(const StackSubject& subject, const StackTotals& t,
                                      const RestOscillation& rest, const hal::LinkCounters& link,
                                      const RunEnd& end) {
-  nlohmann::ordered_json json = loop_account(subject.run, t.loop, rest, end);
+  nlohmann::ordered_json json = loop_account(subject.run, t.loop, rest, {}, end);
   const nlohmann::ordered_json verdict = json["verdict"];
   json.erase("passed");
   json.erase("verdict");

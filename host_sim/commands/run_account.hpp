@@ -5,12 +5,14 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "hal/device_link.hpp"
 #include "host_sim/device/loop_run.hpp"
 #include "host_sim/device/rest_judge.hpp"
 #include "host_sim/device/simulated_device.hpp"
 #include "host_sim/device/stack_run.hpp"
+#include "host_sim/session/hold_run.hpp"
 #include "tools/verdict/session_judge.hpp"
 
 namespace haptic::sim {
@@ -52,10 +54,12 @@ void add_loop_failures(RunEnd& end, const LoopTotals& t, const RestOscillation& 
 
 /// The loop that the core closes over the device alone.
 [[nodiscard]] nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals& t,
-                                                  const RestOscillation& rest, const RunEnd& end);
+                                                  const RestOscillation& rest,
+                                                  const std::vector<HoldEvent>& holds,
+                                                  const RunEnd& end);
 /// The same on standard output, the verdict as its last line.
 void print_loop(const RunSubject& subject, const LoopTotals& t, const RestOscillation& rest,
-                const RunEnd& end);
+                const std::vector<HoldEvent>& holds, const RunEnd& end);
 
 /// The whole stack.
 [[nodiscard]] nlohmann::ordered_json stack_account(const StackSubject& subject,

@@ -49,9 +49,14 @@ struct RunArguments {
   tools::ServeOptions live;
 };
 
-/// The hand's motion at the loop's rate, `seconds` long when that is given: cut, or held at its
-/// end.
-std::vector<MotionSample> hand_motion(const RunArguments& o, CoreSession& session, double rate_hz) {
+/// What the hand does.
+struct HandWay {
+  std::vector<MotionSample> motion;
+  std::vector<HoldCommand> holds;
+};
+
+/// At the loop's rate, `seconds` long when that is given: cut, or held at its end.
+HandWay hand_way(const RunArguments& o, CoreSession& session, double rate_hz) {
   MotionScript script = o.script.empty()
                             ? pressing_script(session, rate_hz, o.seconds.value_or(kDefaultSeconds))
                             : read_motion_script(o.script);
@@ -66,7 +71,7 @@ std::vector<MotionSample> hand_motion(const RunArguments& o, CoreSession& sessio
       motion.push_back(last);
     }
   }
-  return motion;
+  return {std::move(motion), script.holds};
 }
 
 /// A hand that presses on the nearest part, in the time that this takes.
@@ -97,14 +102,17 @@ void stay(tools::LiveSession& live) {
 
 /// The loop in real time, for those who watch. Stopped, it goes on as fast as it can.
 std::vector<LoopRecord> run_watched(ClosedLoop& loop, std::span<const MotionSample> motion,
-                                    tools::LiveSession& live, double rate_hz) {
+                                    HoldRun& holds, tools::LiveSession& live, double rate_hz) {
   live.begin();
   const std::int64_t begin_ns = hal::monotonic_ns();
-  std::vector<LoopRecord> records = run_loop(loop, motion, [&](const LoopRecord& record) {
+  const auto after = [&](const LoopRecord& record) {
+    holds.after_tick(record.tick);
     live.publish(recorded_tick(record, rate_hz), {record.tick});
     const double due_s = static_cast<double>(record.tick.tick + 1) / rate_hz;
     if (!live.is_stopped()) (void)hal::sleep_until(begin_ns + std::llround(1e9 * due_s));
-  });
+  };
+  std::vector<LoopRecord> records =
+      run_loop(loop, motion, after, [&](double t_s) { holds.before_tick(t_s); });
   live.finish();
   return records;
 }
@@ -115,9 +123,13 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
   std::optional<tools::LiveSession> live;
   if (o.serve) live.emplace(o.live, session.view(), false);
   ClosedLoop loop(session, subject.device, hand, subject.rate_hz);
-  const std::vector<MotionSample> motion = hand_motion(o, session, subject.rate_hz);
+  const HandWay way = hand_way(o, session, subject.rate_hz);
+  HoldRun holds(session, way.holds);
   const std::vector<LoopRecord> records =
-      live ? run_watched(loop, motion, *live, subject.rate_hz) : run_loop(loop, motion);
+      live ? run_watched(loop, way.motion, holds, *live, subject.rate_hz)
+           : run_loop(
+                 loop, way.motion, [&](const LoopRecord& record) { holds.after_tick(record.tick); },
+                 [&](double t_s) { holds.before_tick(t_s); });
   const LoopTotals totals = total(records);
   const RestOscillation rest =
       rest_oscillation(records, rest_allowance(session.view().parameters(), subject.device));
@@ -132,6 +144,8 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
   RunEnd end{judge.verdict(), {}};
   add_loop_failures(end, totals, rest,
                     within_bounds(session.core().peaks(), session.view().header().capacity));
+  const std::string of_holds = holds.failures();
+  end.add_failure(!of_holds.empty(), of_holds);
   if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), records));
   if (!o.html.empty()) {
     std::vector<tools::RecordedTick> recorded;
@@ -141,8 +155,8 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
   }
   keep(o, loop_csv(records, GuideLegs(session.view())),
        replay_plot(ticks, title_of(o, session), session.view().parameters().exact_band_m),
-       loop_account(subject, totals, rest, end));
-  if (!o.json) print_loop(subject, totals, rest, end);
+       loop_account(subject, totals, rest, holds.events(), end));
+  if (!o.json) print_loop(subject, totals, rest, holds.events(), end);
   if (live) stay(*live);
   return end.passed();
 }
@@ -214,7 +228,10 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   settings.report_clocked = o.report_clocked;
   std::vector<DeviceFaultEvent> events;
   if (!o.faults.empty()) events = read_fault_script(o.faults, run.rate_hz);
-  const std::vector<MotionSample> motion = hand_motion(o, session, run.rate_hz);
+  const HandWay way = hand_way(o, session, run.rate_hz);
+  if (!way.holds.empty())
+    throw tools::UsageError("--carrier: a script that holds and lets go runs without one");
+  const std::vector<MotionSample>& motion = way.motion;
   const std::string page = o.html.empty() ? std::string() : tools::read_page();
   std::optional<tools::LiveSession> live;
   if (o.serve) {

@@ -34,7 +34,7 @@ ClosedLoop::ClosedLoop(CoreSession& session, const DeviceModel& device, const Ha
 }
 
 void ClosedLoop::place(const DeviceState& state) {
-  session_.core().reset();
+  session_.reset();
   device_.place(state);
   accepted_ = {};
   tick_ = 0;
@@ -88,7 +88,7 @@ StepInput ClosedLoop::input() const {
 void ClosedLoop::guide(const DeviceState& state) {
   device_.place(state);
   accepted_ = {};
-  static_cast<void>(session_.core().step(input()));
+  static_cast<void>(session_.step(input()));
   ++tick_;
 }
 
@@ -100,7 +100,7 @@ LoopTick ClosedLoop::step(const HandStroke& stroke) {
   const StepInput sample = input();
   out.sensed_wa = sample.pose_wa;
   out.accepted_w = sample.accepted_wrench_w;
-  out.result = session_.core().step(sample);
+  out.result = session_.step(sample);
 
   Load command{out.result.wrench_w.force_w.cast<double>(),
                out.result.wrench_w.torque_w.cast<double>()};
@@ -126,7 +126,8 @@ LoopRecord loop_record(const ClosedLoop& loop, const LoopTick& tick) {
 }
 
 std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample> motion,
-                                 const std::function<void(const LoopRecord&)>& after_tick) {
+                                 const std::function<void(const LoopRecord&)>& after_tick,
+                                 const std::function<void(double)>& before_tick) {
   std::vector<LoopRecord> records;
   if (motion.empty()) return records;
   records.reserve(motion.size());
@@ -134,6 +135,7 @@ std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample>
   loop.place({stroke.from.x0_w, stroke.from.q_wa, Vector::Zero(), Vector::Zero()});
   for (std::size_t k = 0; k < motion.size(); ++k) {
     if (k + 1 < motion.size()) stroke.to = loop.grip_of(motion[k + 1]);
+    if (before_tick) before_tick(loop.time_s());
     LoopRecord record = loop_record(loop, loop.step(stroke));
     std::copy(motion[k].p, motion[k].p + 3, record.target_m.begin());
     std::copy(motion[k].q_wxyz, motion[k].q_wxyz + 4, record.target_wxyz.begin());

@@ -60,6 +60,8 @@ class ClosedLoop {
   LoopTick step(const HandStroke& stroke);
 
   [[nodiscard]] double period_s() const { return period_s_; }
+  /// Of the next tick.
+  [[nodiscard]] double time_s() const { return static_cast<double>(tick_) / rate_hz_; }
   [[nodiscard]] const SimulatedDevice& device() const { return device_; }
 
   [[nodiscard]] LawId law() const { return session_.view().parameters().law; }
@@ -95,10 +97,12 @@ struct LoopRecord {
 [[nodiscard]] LoopRecord loop_record(const ClosedLoop& loop, const LoopTick& tick);
 
 /// Runs the hand's targets through the loop, one sample per tick, the device at rest at the first.
-/// `motion` has the loop's rate. `after_tick` is called after each. Cost: the ticks.
+/// `motion` has the loop's rate. `before_tick` is called before each with its time, `after_tick`
+/// after each. Cost: the ticks.
 [[nodiscard]] std::vector<LoopRecord> run_loop(
     ClosedLoop& loop, std::span<const MotionSample> motion,
-    const std::function<void(const LoopRecord&)>& after_tick = {});
+    const std::function<void(const LoopRecord&)>& after_tick = {},
+    const std::function<void(double t_s)>& before_tick = {});
 
 /// Header of the run's CSV, without the end of line: the replay's columns, then proxy, device, hand
 /// and energy.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "rt_core/scene/capacity.hpp"
 #include "tools/common/changed_scene.hpp"
@@ -11,6 +12,7 @@
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
 #include "tools/common/simplified_bodies.hpp"
+#include "tools/graph_compiler/graph/part_tables.hpp"
 
 namespace haptic::sim {
 
@@ -27,8 +29,40 @@ CoreSession::CoreSession(std::span<const std::byte> scene, const std::string& na
 }
 
 void CoreSession::change(const std::function<void(SceneParameters&)>& change) {
-  blob_ = tools::changed_scene(view_, change);
+  tools::SceneBytes changed = tools::changed_scene(view_, change);
+  if (parts_) changed = tools::changed_parts(changed.span(), change);
+  blob_ = std::move(changed);
   open("the changed scene", GoalContact::kLeftOut);
+}
+
+void CoreSession::reset() {
+  if (parts_) {
+    open_parts("the scene");
+  } else {
+    core_->reset();
+  }
+}
+
+void CoreSession::open_parts(const std::string& name) {
+  auto parts = std::make_unique<Parts>();
+  RtStatus status = PartScenes::open(view_, parts->scenes);
+  if (status == RtStatus::kOk && parts->scenes.count() == 0) {
+    parts_.reset();
+    return;
+  }
+  if (status == RtStatus::kOk) {
+    for (int k = 0; k < 2; ++k) {
+      parts->scene[k] = tools::SceneBytes(parts->scenes.most_bytes());
+      parts->state[k] = tools::SceneBytes(parts->scenes.most_state_bytes());
+    }
+    status = parts->hand.begin(parts->scenes, {parts->scene[0].span(), parts->state[0].span()},
+                               {parts->scene[1].span(), parts->state[1].span()});
+  }
+  if (status != RtStatus::kOk) {
+    throw tools::InputError(name + ": the parts of the scene are refused: " + to_text(status) +
+                            "; compile it again");
+  }
+  parts_ = std::move(parts);
 }
 
 void CoreSession::open(const std::string& name, GoalContact asked) {
@@ -53,6 +87,7 @@ void CoreSession::open(const std::string& name, GoalContact asked) {
     throw tools::InputError(name + ": the core refuses the scene: " + to_text(created) +
                             "; compile it again");
   }
+  open_parts(name);
 }
 
 std::string scene_title(const SceneView& view) {

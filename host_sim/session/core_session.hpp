@@ -5,12 +5,14 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "host_sim/session/motion_csv.hpp"
 #include "rt_core/haptic_core.hpp"
+#include "rt_core/part_hand.hpp"
 #include "rt_core/scene/laws.hpp"
 #include "tools/common/scene_bytes.hpp"
 
@@ -37,17 +39,37 @@ class CoreSession {
   /// before are no longer valid. @throws tools::InputError when it is refused with them.
   void change(const std::function<void(SceneParameters&)>& change);
 
+  /// Of a scene with parts that of the one which is held at first.
   [[nodiscard]] const SceneView& view() const { return view_; }
-  [[nodiscard]] HapticCore& core() { return *core_; }
+  /// Of a scene with parts that of the one which is held, or was last.
+  [[nodiscard]] HapticCore& core() { return parts_ ? parts_->hand.core() : *core_; }
+  /// One tick of it.
+  [[nodiscard]] StepResult step(const StepInput& input) {
+    return parts_ ? parts_->hand.step(input) : core_->step(input);
+  }
+  /// A fresh start; of a scene with parts with each of them at its start.
+  void reset();
+  /// Null: the scene has one moving part.
+  [[nodiscard]] PartHand* hand() { return parts_ ? &parts_->hand : nullptr; }
+  [[nodiscard]] const PartScenes* parts() const { return parts_ ? &parts_->scenes : nullptr; }
   /// The memory of the core: all of its mutable state.
   [[nodiscard]] std::span<std::byte> state() { return state_.span(); }
 
  private:
+  /// Of a scene with parts.
+  struct Parts {
+    PartScenes scenes;
+    tools::SceneBytes scene[2], state[2];
+    PartHand hand;
+  };
+
   void open(const std::string& name, GoalContact asked);
+  void open_parts(const std::string& name);
 
   tools::SceneBytes blob_, state_;
   SceneView view_;
   HapticCore* core_ = nullptr;
+  std::unique_ptr<Parts> parts_;
 };
 
 /// Name, law and stiffness of a scene, as the head of a picture.

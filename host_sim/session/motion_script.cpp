@@ -178,8 +178,8 @@ Vec3 turn_between(const WayPoint& from, const WayPoint& to) {
 }
 
 WayPoint read_waypoint(const Reader& reader, const toml::table& table) {
-  reader.check_keys(table,
-                    {"phase", "t_s", "position_m", "quaternion", "axis", "angle_rad", "tremor"});
+  reader.check_keys(table, {"phase", "t_s", "position_m", "quaternion", "axis", "angle_rad",
+                            "tremor", "hold", "let_go"});
   WayPoint point;
   if (const toml::node* phase = table.get("phase")) point.phase = reader.text(*phase, "phase");
   point.t_s = reader.number(reader.required(table, "t_s"), "t_s", 0.0, kLargestTime_s);
@@ -188,6 +188,21 @@ WayPoint read_waypoint(const Reader& reader, const toml::table& table) {
   read_orientation(reader, table, point.q_wxyz);
   point.tremor = reader.number_or(table, "tremor", 0.0, 1.0, 1.0);
   return point;
+}
+
+/// `hold = "part"` or `let_go = true`, done where the way point is reached.
+void read_hold(const Reader& reader, const toml::table& table, double t_s,
+               std::vector<HoldCommand>& holds) {
+  const toml::node* hold = table.get("hold");
+  const toml::node* let_go = table.get("let_go");
+  if (hold != nullptr && let_go != nullptr)
+    reader.refuse(let_go->source(), "hold is given too; to hold a part lets go of the one before");
+  if (hold != nullptr) holds.push_back({t_s, reader.text(*hold, "hold")});
+  if (let_go == nullptr) return;
+  const auto value = let_go->value<bool>();
+  if (!let_go->is_boolean() || !value || !*value)
+    reader.refuse(let_go->source(), "let_go must be true, or left out");
+  holds.push_back({t_s, ""});
 }
 
 void read_waypoints(const Reader& reader, const toml::table& root, MotionScript& script) {
@@ -212,6 +227,7 @@ void read_waypoints(const Reader& reader, const toml::table& root, MotionScript&
       }
     }
     script.waypoints.push_back(point);
+    read_hold(reader, *entry.as_table(), point.t_s, script.holds);
   }
   const double duration_s = script.waypoints.back().t_s - script.waypoints.front().t_s;
   if (duration_s * script.rate_hz > kLargestSampleCount) {

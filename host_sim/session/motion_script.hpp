@@ -36,11 +36,18 @@ struct Tremor {
   double band_hz[2] = {8.0, 12.0};  ///< range of the frequencies
 };
 
+/// What the hand does at a time, of a scene with parts.
+struct HoldCommand {
+  double t_s = 0.0;
+  std::string part;  ///< to be held from then on; empty: let go of what is held
+};
+
 struct MotionScript {
   double rate_hz = 1000.0;
   std::uint64_t seed = 0;
   Tremor tremor;
   std::vector<WayPoint> waypoints;  ///< at least two, times strictly increasing
+  std::vector<HoldCommand> holds;   ///< in their order
 };
 
 /// Reads a script.

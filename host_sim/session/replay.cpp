@@ -13,8 +13,8 @@ namespace {
 /// belong to.
 TickRecord core_tick(CoreSession& session, const StepInput& input, double t_s, const Vec3& grip_a,
                      Pose& goal_wa, std::vector<PairValue>& values) {
-  HapticCore& core = session.core();
-  const StepResult result = core.step(input);
+  const StepResult result = session.step(input);
+  const HapticCore& core = session.core();
   for (std::uint32_t k = 0; k < values.size(); ++k) {
     const PairReport report = core.pair_report(k);
     values[k] = {static_cast<double>(report.d_near_m), report.exact};
@@ -56,7 +56,7 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
   ReplayResult result;
   result.ticks.reserve(motion.size());
   const SceneView& view = session.view();
-  session.core().reset();
+  session.reset();
   std::optional<LiteralTracker> literal;
   if (options.literal) literal.emplace(view, *options.literal);
   std::optional<SceneOracle> oracle;

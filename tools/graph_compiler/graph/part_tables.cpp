@@ -4,12 +4,21 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
+#include "tools/common/changed_scene.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/graph/scene_tables.hpp"
 
 namespace haptic::tools {
+namespace {
+
+bool is_of_parts(SectionId id) {
+  return id == SectionId::kParts || id == SectionId::kPartBodies || id == SectionId::kPartScenes;
+}
+
+}  // namespace
 
 std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
                                   const std::vector<HeldPart>& parts) {
@@ -36,6 +45,7 @@ std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
   }
   BlobBuilder blob;
   for (const SectionEntry& s : view.sections()) {
+    if (is_of_parts(s.id)) continue;
     const auto bytes = view.blob().subspan(static_cast<std::size_t>(s.offset),
                                            static_cast<std::size_t>(s.count * s.element_bytes));
     blob.add_bytes(s.id, s.element_bytes, s.count, bytes);
@@ -52,6 +62,30 @@ std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
   if (status != RtStatus::kOk)
     throw InputError(std::string("the parts of the scene are refused: ") + to_text(status));
   return whole;
+}
+
+SceneBytes changed_parts(std::span<const std::byte> scene,
+                         const std::function<void(SceneParameters&)>& change) {
+  SceneView view;
+  PartScenes scenes;
+  RtStatus status = SceneView::open(scene, view);
+  if (status == RtStatus::kOk) status = PartScenes::open(view, scenes);
+  if (status != RtStatus::kOk)
+    throw InputError(std::string("the parts of the scene are refused: ") + to_text(status));
+  std::vector<HeldPart> parts;
+  for (std::uint32_t k = 0; k < scenes.count(); ++k) {
+    HeldPart part{scenes[k].role, scenes.start_of(k), {}, {}};
+    if (scenes.may_be_held(k)) {
+      SceneView held;
+      if (SceneView::open(scenes.scene_of(k), held) != RtStatus::kOk)
+        throw std::logic_error("a part's scene has opened before");
+      const SceneBytes changed = changed_scene(held, change);
+      part.scene.assign(changed.span().begin(), changed.span().end());
+      part.others.assign(scenes.others_of(k).begin(), scenes.others_of(k).end());
+    }
+    parts.push_back(std::move(part));
+  }
+  return SceneBytes{with_parts({scene.begin(), scene.end()}, parts)};
 }
 
 }  // namespace haptic::tools

@@ -5,9 +5,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "rt_core/scene/part_scenes.hpp"
+#include "tools/common/scene_bytes.hpp"
 
 namespace haptic::tools {
 
@@ -22,5 +25,10 @@ struct HeldPart {
 /// @throws InputError when the core refuses what it says.
 std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
                                   const std::vector<HeldPart>& parts);
+
+/// A scene with parts of which `change` has changed the parameters of the scene around already,
+/// with those of the scenes inside changed too. @throws InputError as changed_scene.
+SceneBytes changed_parts(std::span<const std::byte> scene,
+                         const std::function<void(SceneParameters&)>& change);
 
 }  // namespace haptic::tools
