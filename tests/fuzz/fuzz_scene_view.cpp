@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "rt_core/part_hand.hpp"
 #include "tests/fuzz/fuzz_target.hpp"
 #include "tests/support/counter_bounds.hpp"
 #include "tools/common/scene_bytes.hpp"
@@ -29,6 +30,29 @@ void correct_header(std::span<std::byte> blob) {
   std::memcpy(blob.data(), &header, sizeof header);
   header.content_hash = haptic::scene_content_hash(blob);
   std::memcpy(blob.data(), &header, sizeof header);
+}
+
+/// The scenes inside one with parts, whose hashes a mutation has left behind too.
+void correct_parts(std::span<std::byte> blob) {
+  haptic::SceneView scene;
+  if (haptic::SceneView::open(blob, scene) != haptic::RtStatus::kOk) return;
+  std::span<std::byte> inside;
+  std::span<const haptic::PartRecord> parts;
+  for (const haptic::SectionEntry& s : scene.sections()) {
+    const auto offset = static_cast<std::size_t>(s.offset);
+    const auto bytes = static_cast<std::size_t>(s.count * s.element_bytes);
+    if (s.id == haptic::SectionId::kPartScenes) inside = blob.subspan(offset, bytes);
+    if (s.id == haptic::SectionId::kParts && s.element_bytes == sizeof(haptic::PartRecord))
+      parts = {reinterpret_cast<const haptic::PartRecord*>(blob.data() + offset),
+               static_cast<std::size_t>(s.count)};
+  }
+  for (const haptic::PartRecord& part : parts) {
+    if (part.scene_begin > inside.size() || part.scene_bytes > inside.size() - part.scene_begin)
+      continue;
+    correct_header(inside.subspan(static_cast<std::size_t>(part.scene_begin),
+                                  static_cast<std::size_t>(part.scene_bytes)));
+  }
+  correct_header(blob);
 }
 
 haptic::Real real(double x) { return static_cast<haptic::Real>(x); }
@@ -101,6 +125,35 @@ void run_core(const haptic::SceneView& scene) {
   }
 }
 
+/// Takes every part that may be held, and lets it go.
+void run_parts(const haptic::SceneView& scene) {
+  haptic::PartScenes parts;
+  if (haptic::PartScenes::open(scene, parts) != haptic::RtStatus::kOk || parts.count() == 0) return;
+  haptic::tools::SceneBytes bytes[2], state[2];
+  for (int k = 0; k < 2; ++k) {
+    bytes[k] = haptic::tools::SceneBytes(parts.most_bytes());
+    state[k] = haptic::tools::SceneBytes(parts.most_state_bytes());
+  }
+  haptic::PartHand hand;
+  if (hand.begin(parts, {bytes[0].span(), state[0].span()}, {bytes[1].span(), state[1].span()}) !=
+      haptic::RtStatus::kOk) {
+    return;
+  }
+  constexpr unsigned kLongestRamp = 400;
+  for (std::uint32_t part = 0; part < parts.count(); ++part) {
+    for (unsigned tick = 0; tick < kPressedTicks; ++tick)
+      check_tick(hand.scene(), hand.step(pressed(hand.scene(), tick)));
+    hand.release();
+    const haptic::StepInput still = pressed(hand.scene(), kPressedTicks);
+    for (unsigned k = 0; k < kLongestRamp; ++k) check_tick(hand.scene(), hand.step(still));
+    if (hand.phase() != haptic::PartHand::Phase::kEmpty) return;
+    const haptic::RtStatus taken = hand.prepare((part + 1) % parts.count());
+    require(
+        (taken == haptic::RtStatus::kOk) == (hand.phase() == haptic::PartHand::Phase::kPrepared),
+        "a hand is prepared where nothing was refused");
+  }
+}
+
 }  // namespace
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -109,10 +162,12 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   for (const bool corrected : {false, true}) {
     if (corrected) {
       correct_header(blob.span());
+      correct_parts(blob.span());
     }
     haptic::SceneView scene;
     if (haptic::SceneView::open(blob.span(), scene) == haptic::RtStatus::kOk) {
       run_core(scene);
+      run_parts(scene);
     }
   }
   return 0;

@@ -8,6 +8,7 @@
 
 #include "tests/fuzz/fuzz_target.hpp"
 #include "tests/support/pruned_scenes.hpp"
+#include "tools/graph_compiler/graph/part_tables.hpp"
 
 namespace haptic::fuzz {
 namespace {
@@ -33,6 +34,34 @@ std::string marked_blob(const tools::Body& moving, const tools::Body& fixed, boo
   }
   if (boxed) scene.workspace = tools::WorkspaceBox{{-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}};
   return written(scene);
+}
+
+/// Two parts over a plate, of which the hand may hold either.
+std::string parts_blob(const tools::Body& one, const tools::Body& other, const tools::Body& plate) {
+  const auto standing = [](const tools::Body& body, double x_m) {
+    tools::PlacedBody placed;
+    placed.body = body;
+    placed.position_m = {x_m, 0, kFreeStart_m[2]};
+    return placed;
+  };
+  std::vector<tools::PlacedBody> bodies{standing(one, 0), standing(other, 0.2), {}};
+  bodies[2].body = plate;
+  std::vector<tools::HeldPart> parts(bodies.size());
+  for (std::uint32_t k = 0; k < parts.size(); ++k) {
+    parts[k].role = k == 0 ? PartRole::kHand : k == 1 ? PartRole::kPlaced : PartRole::kFixed;
+    std::ranges::copy(bodies[k].position_m, parts[k].start.p_wa_m);
+    if (k == 2) continue;
+    tools::SceneDescription scene = test::scene_of(bodies[k].body, {plate, plate});
+    scene.moving = bodies[k];
+    scene.statics = {bodies[1 - k], bodies[2]};
+    scene.parameters.law = LawId::kProxy;
+    scene.parameters.goal_contact = 0;
+    const std::vector<std::byte> bytes = tools::write_scene(scene);
+    parts[k].scene = bytes;
+    parts[k].others = {1 - k, 2};
+  }
+  const std::vector<std::byte> whole = tools::with_parts(parts[0].scene, parts);
+  return {reinterpret_cast<const char*>(whole.data()), whole.size()};
 }
 
 /// Unit of a scene of which products of four lengths are zero in Real: just above those whose
@@ -153,6 +182,7 @@ std::vector<Seed> seeds() {
   const tools::Body small = test::tetrahedron({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1});
   const tools::Body table = test::box({-0.1, -0.1, -0.1}, {0.1, 0.1, 0});
   const tools::Body step = test::box({-0.1, -0.1, 0}, {0, 0.1, 0.05});
+  const tools::Body small_block = test::box({-0.04, -0.03, -0.02}, {0.04, 0.03, 0.02});
   const std::string unit = blob_of(small, {small});
   tools::SceneDescription proxy = test::scene_of(tetrahedron, {test::join({table, step})});
   proxy.parameters.law = LawId::kProxy;
@@ -171,6 +201,7 @@ std::vector<Seed> seeds() {
                  {"stiff", stiffened(unit)},
                  {"proxy", written(proxy)},
                  {"rough", written(rough)},
+                 {"parts", parts_blob(tetrahedron, small_block, table)},
                  {"marked", marked_blob(tetrahedron, test::join({table, step}), false)},
                  {"fixed_cut", fixed_cut_blob(tetrahedron, LawId::kPaper)},
                  {"fixed_cut_proxy", fixed_cut_blob(tetrahedron, LawId::kProxy)},
