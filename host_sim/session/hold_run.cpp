@@ -103,7 +103,7 @@ void HoldRun::after_tick(const tools::TickRecord& tick) {
       event.moved_m = apart_m(asked_place_, session_.hand()->places()[session_.hand()->part()]);
       is_watched_ = false;
     }
-    if (event.taken && tick.t_s > event.t_s + kSettle_s) is_watched_ = false;
+    if (event.taken && tick.t_s > event.t_s + kTakenWatch_s) is_watched_ = false;
   }
   last_ = tick;
 }
@@ -112,7 +112,7 @@ std::string HoldRun::failures() const {
   std::string text;
   const auto add = [&](const std::string& what) { text += (text.empty() ? "" : "; ") + what; };
   for (const HoldEvent& event : events_) {
-    if (event.moved_m <= kMostMoved_m) continue;
+    if (event.moved_m <= kMostMovedByHold_m) continue;
     add(tools::formatted("%s was moved by %.3g um where it was ", event.part.c_str(),
                          1e6 * event.moved_m) +
         (event.taken ? "taken" : "let go"));

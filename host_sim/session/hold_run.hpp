@@ -20,16 +20,16 @@ struct HoldEvent {
   bool taken = false;  ///< else let go
   std::string part;
   double force_n = 0;  ///< felt when it was asked for
-  /// Largest changes from tick to tick until the hand is empty, or for kSettle_s after the part was
-  /// taken.
+  /// Largest changes from tick to tick until the hand is empty, or for kTakenWatch_s after the part
+  /// was taken.
   double force_step_n = 0, torque_step_nm = 0;
   double moved_m = 0;  ///< the part's place, by being let go or taken
 };
 
 /// A hand is watched for so long after it has taken a part [s].
-inline constexpr double kSettle_s = 0.2;
+inline constexpr double kTakenWatch_s = 0.2;
 /// No part may move farther by a hold [m].
-inline constexpr double kMostMoved_m = 10e-6;
+inline constexpr double kMostMovedByHold_m = 10e-6;
 
 /// Owner: the thread of the loop. `session` must outlive it.
 class HoldRun {

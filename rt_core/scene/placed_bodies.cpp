@@ -56,10 +56,34 @@ class Turned {
       measure(piece, points);
       for (std::uint32_t e = 0; e < piece.edge_count; ++e) {
         unit(edges[piece.edge_begin + e].unit);
-        EdgeArc& arc = arcs[piece.edge_begin + e];
-        unit(arc.mid);
-        unit(arc.side);
-        for (auto& tilt : arc.tilt) direction(tilt);
+        unit(arcs[piece.edge_begin + e].mid);
+        unit(arcs[piece.edge_begin + e].side);
+      }
+    }
+  }
+  /// After planes and pieces: a tilt is a product in each of its coordinates, which may be next to
+  /// zero.
+  static void tilts(const BodyRecord& body, std::span<const PieceRecord> pieces,
+                    const Tables& tables) noexcept {
+    const auto planes = tables.of<PlaneRecord>(SectionId::kPlanes).subspan(body.plane_begin);
+    const auto faces = tables.of<FaceRecord>(SectionId::kFaces);
+    const auto edges = tables.of<EdgeRecord>(SectionId::kEdges);
+    const auto directions = tables.of<EdgeDirection>(SectionId::kEdgeDirections);
+    const auto arcs = tables.of<EdgeArc>(SectionId::kEdgeArcs);
+    const auto vertices = tables.of<Real>(SectionId::kVertices);
+    for (const PieceRecord& piece : pieces) {
+      const auto vertex = [&](std::uint32_t v) {
+        return read(vertices.data() + 3 * (std::size_t{piece.vertex_begin} + v));
+      };
+      for (std::uint32_t e = piece.edge_begin; e < piece.edge_begin + piece.edge_count; ++e) {
+        const Vector along = read(directions[e].unit).normalized();
+        for (int k = 0; k < 2; ++k) {
+          const FaceRecord& face = faces[piece.face_begin + edges[e].face[k]];
+          const double width_m =
+              along.cross(vertex(edges[e].apex[k]) - vertex(edges[e].vertex[0])).norm();
+          const double of_face = width_m * static_cast<double>(face.sign);
+          write(of_face * read(planes[face.plane].normal), arcs[e].tilt[k]);
+        }
       }
     }
   }
@@ -157,6 +181,7 @@ RtStatus PlacedBodies::move(std::size_t number, const BodyMove& move) noexcept {
   turned.pieces(pieces, tables);
   turned.planes(
       tables.of<PlaneRecord>(SectionId::kPlanes).subspan(body.plane_begin, body.plane_count));
+  Turned::tilts(body, pieces, tables);
   const auto directions = tables.of<Real>(SectionId::kConeDirections);
   const ConeRun run = cones_of(pieces, tables.of<ConeRange>(SectionId::kConeRanges));
   for (std::uint32_t k = run.begin; k < run.end; ++k)

@@ -163,6 +163,23 @@ TEST_SUITE("rt_core.placed_bodies") {
     }
   }
 
+  TEST_CASE("turned by next to nothing about any axis, a part is a sound one still") {
+    Random random(4);
+    tools::SceneDescription scene = scene_of(prism(24, 0.005, 0.04), {prism(24, 0.005, 0.04)});
+    scene.statics[0].position_m = {0, 0, -0.05};
+    LoadedScene home(scene);
+    for (int trial = 0; trial < 200; ++trial) {
+      const auto number = [&] { return random.uniform(-1, 1); };
+      const Eigen::Vector3d axis(number(), number(), number());
+      const double angle = std::pow(10.0, 8 * number() - 8);
+      const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle, axis.normalized()));
+      Placed placed(home.view, {move_of(turn, {0.001 * number(), 0, 0})});
+      SceneView view;
+      CAPTURE(angle);
+      CHECK(SceneView::open(placed.memory(), view) == RtStatus::kOk);
+    }
+  }
+
   TEST_CASE("so is one without a part of its own, under law paper") {
     Random random(3);
     const BodyMove move = random_move(random);

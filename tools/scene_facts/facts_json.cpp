@@ -56,6 +56,7 @@ Json body_json(const BodyFacts& body, bool moving) {
           {"friction", body.friction},
           {"friction_static", body.friction_static},
           {"simplified", simplified_json(body)},
+          {"held_scene_bytes", body.held_bytes ? Json(*body.held_bytes) : Json()},
           {"planes", body.planes},
           {"pieces", std::move(pieces)},
           {"recheck",

@@ -45,6 +45,11 @@ std::string body_text(const BodyFacts& body, std::size_t index) {
   text += formatted("    %s (%.9g, %.9g, %.9g) m\n",
                     index == 0 ? "grip point in the mesh frame" : "reference point in W",
                     body.reference_m[0], body.reference_m[1], body.reference_m[2]);
+  if (body.held_bytes) {
+    text += *body.held_bytes > 0 ? formatted("    may be held, in a scene of %llu bytes\n",
+                                             static_cast<unsigned long long>(*body.held_bytes))
+                                 : std::string("    never held\n");
+  }
   if (body.simplified) {
     text += formatted("    SIMPLIFIED: surface within %.6g m of that of the mesh",
                       body.simplified->distance_m);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "rt_core/haptic_core.hpp"
+#include "rt_core/scene/part_scenes.hpp"
 #include "tools/common/changed_scene.hpp"
 #include "tools/graph_compiler/graph/stored_graphs.hpp"
 
@@ -150,9 +151,12 @@ std::string section_name(SectionId id) {
                                            "cone ranges",
                                            "cone directions",
                                            "guide",
-                                           "guide stations"};
+                                           "guide stations",
+                                           "parts",
+                                           "part bodies",
+                                           "part scenes"};
   const auto number = static_cast<std::uint32_t>(id);
-  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kGuideStations));
+  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kPartScenes));
   if (number >= 1 && number <= std::size(kNames)) return kNames[number - 1];
   return "section " + std::to_string(number);
 }
@@ -183,9 +187,12 @@ SceneFacts facts_of(const SceneView& view) {
     facts.sections.push_back(
         {s.id, section_name(s.id), s.element_bytes, s.count, s.count * s.element_bytes});
   }
+  PartScenes parts;
+  const bool has_parts = PartScenes::open(view, parts) == RtStatus::kOk && parts.count() > 0;
   for (std::uint32_t b = 0; b < view.bodies().size(); ++b) {
     const BodyRecord& record = view.bodies()[b];
     BodyFacts body;
+    if (has_parts) body.held_bytes = parts.scene_of(b).size();
     body.name = view.text(record.name_offset, record.name_bytes);
     std::copy(std::begin(record.reference_m), std::end(record.reference_m),
               body.reference_m.begin());
