@@ -46,8 +46,8 @@ class HapticCore {
   void reset() noexcept;
 
   /// After create or reset: the part begins at this pose of its mesh frame, wherever the device is.
-  /// The first steps come with StepInput::clutched; once that ends the goal goes on from here as the
-  /// device goes, and the wrench is ramped in.
+  /// The first steps come with StepInput::clutched; once that ends the goal goes on from here as
+  /// the device goes, and the wrench is ramped in.
   void begin_at(const Pose& pose_wa) noexcept;
 
   // Read-only views of the last tick for reports and pictures; not needed by the loop.

@@ -49,7 +49,7 @@ struct RunArguments {
   tools::ServeOptions live;
 };
 
-/// What the hand does.
+/// A hand's motion, and its commands.
 struct HandWay {
   std::vector<MotionSample> motion;
   std::vector<HoldCommand> holds;

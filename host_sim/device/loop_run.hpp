@@ -60,7 +60,7 @@ class ClosedLoop {
   LoopTick step(const HandStroke& stroke);
 
   [[nodiscard]] double period_s() const { return period_s_; }
-  /// Of the next tick.
+  /// Time of the next tick.
   [[nodiscard]] double time_s() const { return static_cast<double>(tick_) / rate_hz_; }
   [[nodiscard]] const SimulatedDevice& device() const { return device_; }
 

@@ -39,9 +39,9 @@ class CoreSession {
   /// before are no longer valid. @throws tools::InputError when it is refused with them.
   void change(const std::function<void(SceneParameters&)>& change);
 
-  /// Of a scene with parts that of the one which is held at first.
+  /// In a scene with parts that of the one which is held at first.
   [[nodiscard]] const SceneView& view() const { return view_; }
-  /// Of a scene with parts that of the one which is held, or was last.
+  /// In a scene with parts that of the one which is held, or was last.
   [[nodiscard]] HapticCore& core() { return parts_ ? parts_->hand.core() : *core_; }
   /// One tick of it.
   [[nodiscard]] StepResult step(const StepInput& input) {
@@ -56,7 +56,7 @@ class CoreSession {
   [[nodiscard]] std::span<std::byte> state() { return state_.span(); }
 
  private:
-  /// Of a scene with parts.
+  /// A scene's parts, and the hand that holds them.
   struct Parts {
     PartScenes scenes;
     tools::SceneBytes scene[2], state[2];

@@ -42,7 +42,7 @@ class HoldRun {
   void after_tick(const tools::TickRecord& tick);
 
   [[nodiscard]] const std::vector<HoldEvent>& events() const { return events_; }
-  /// What the script asked for and was not done; what moved a part; empty: nothing.
+  /// Failures: what the script asked for and was not done, and what moved a part; empty: none.
   [[nodiscard]] std::string failures() const;
 
  private:

@@ -36,7 +36,7 @@ struct Tremor {
   double band_hz[2] = {8.0, 12.0};  ///< range of the frequencies
 };
 
-/// What the hand does at a time, of a scene with parts.
+/// A command to the hand at a time, in a scene with parts.
 struct HoldCommand {
   double t_s = 0.0;
   std::string part;  ///< to be held from then on; empty: let go of what is held

@@ -106,7 +106,7 @@ class Turned {
       }
     }
   }
-  /// What the record says of the vertices as they are now.
+  /// The record is that of the vertices as they are now.
   void measure(PieceRecord& piece, const Real* points) const noexcept {
     const Vector centre = turn_ * Vector(piece.centre_m);
     double reach2 = 0, radius2 = 0;

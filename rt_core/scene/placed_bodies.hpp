@@ -50,7 +50,7 @@ class PlacedBodies {
   /// @return kOk; kBlobBadCount for no such body; kBlobBadNumber for a turn that is not unit to
   /// 1e-6, or for a body outside the format's range of coordinates. Cost: O(bytes of the body).
   [[nodiscard]] RtStatus move(std::size_t body, const BodyMove& move) noexcept;
-  /// What SceneView::open takes. Cost: O(bytes).
+  /// The scene, as SceneView::open takes it. Cost: O(bytes).
   [[nodiscard]] std::span<const std::byte> finish() noexcept;
 
  private:

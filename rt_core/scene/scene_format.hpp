@@ -269,7 +269,7 @@ struct SimplifiedBody {
   double volume_change_m3;  ///< volume of the body minus that of the mesh; 0 of a surface
 };
 
-/// What a part is to the hand.
+/// Role of a part for the hand.
 enum class PartRole : std::uint32_t {
   kFixed = 1,  ///< never held
   kHand = 2,   ///< held at the start: body 0 of the scene around

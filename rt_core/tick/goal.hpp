@@ -27,7 +27,8 @@ class GoalStage {
  public:
   void read_scene(const SceneView& scene) noexcept;
   void reset() noexcept;
-  /// After a reset: the goal stands at this pose of A's mesh frame, as if the clutch had left it there.
+  /// After a reset: the goal stands at this pose of A's mesh frame, as if the clutch had left it
+  /// there.
   void begin_at(const Pose& pose_wa) noexcept;
   /// `felt`: the proxy, from which the goal is never turned by more than the anchor allows; null:
   /// none. `at_rest`: nothing pulls at the proxy, so that the anchor may turn back.

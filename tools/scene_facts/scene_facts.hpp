@@ -78,7 +78,7 @@ struct BodyFacts {
   std::uint32_t planes = 0;
   std::vector<PieceFacts> pieces;
   BodyRecheck recheck;
-  /// Of the scene in which the hand holds it, 0: it never does; absent: one part alone moves.
+  /// Size of the scene in which the hand holds it, 0: it never does; absent: one part alone moves.
   std::optional<std::uint64_t> held_bytes;
   /// A surface: facets, which have no volume.
   [[nodiscard]] bool is_surface() const { return !pieces.empty() && pieces.front().faces == 2; }

@@ -464,7 +464,7 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
   if (scene.statics.empty()) top.fail("part", "is one alone; add the parts that it meets");
 }
 
-/// What a scene of one moving part may say, and one of several may not.
+/// Refuses what a scene of one moving part may say, and one of several may not.
 void check_parts(const TomlTable& top, const SceneFile& scene) {
   if (!scene.has_parts()) return;
   if (scene.orientation || scene.workspace)

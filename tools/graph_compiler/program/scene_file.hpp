@@ -65,7 +65,7 @@ struct ScenePart {
   std::optional<double> tolerance_m;   ///< the part is simplified within
   bool disjoint = false;               ///< solids that overlap are cut apart
   PartKind kind = PartKind::kAny;      ///< `as`
-  /// Of a part that the hand may hold: its grip in its mesh frame, absent: the centre of volume;
+  /// For a part that the hand may hold: its grip in its mesh frame, absent: the centre of volume;
   /// and the mass that the hand is to feel.
   std::optional<std::array<double, 3>> grip_m;
   HeldPartParameters held{};
