@@ -66,7 +66,7 @@ RtStatus PartHand::begin(const PartScenes& parts, const Room& one, const Room& o
   if (status != RtStatus::kOk) return status;
   // It is held as in a scene of one part: its goal is the device's pose.
   sides_[0].core->reset();
-  grip_a_ = grip_of(sides_[0].view);
+  first_grip_a_ = grip_of(sides_[0].view);
   phase_.store(Phase::kHolding, std::memory_order_release);
   return RtStatus::kOk;
 }
@@ -94,11 +94,13 @@ void PartHand::reset() noexcept {
   if (begins_) core().begin_at(felt_wa_);
 }
 
+Vec3 PartHand::grip_a() const noexcept { return grip_of(scene()); }
+
 /// The hand leads the first part by its grip point, and any other by its own.
 StepInput PartHand::led(const StepInput& input) const noexcept {
   StepInput given = input;
   if (part() == 0) return given;
-  const Vec3 between_a = grip_a_ - grip_of(scene());
+  const Vec3 between_a = first_grip_a_ - grip_a();
   given.pose_wa.p_wa += input.pose_wa.q_wa * between_a;
   return given;
 }
@@ -112,7 +114,7 @@ void PartHand::leave(const StepResult& last) noexcept {
 
 StepResult PartHand::empty_step(const StepInput& input) const noexcept {
   StepResult result;
-  result.goal_pose_wa = input.pose_wa;
+  result.goal_pose_wa = led(input).pose_wa;
   result.proxy_pose_wa = left_wa_;
   result.flags = kFlagClutched | kFlagRamping;
   result.state_hash = hash_;

@@ -40,10 +40,10 @@ class PartHand {
   [[nodiscard]] RtStatus begin(const PartScenes& parts, const Room& one,
                                const Room& other) noexcept;
 
-  /// One tick. While the hand holds nothing the wrench is zero, and proxy_pose_wa is where the last
-  /// part was left. StepInput::pose_wa is that of the first part's mesh frame as the hand leads it,
-  /// whatever part is held: every part is led by its own grip point as the first one is by its, on
-  /// from where it was taken.
+  /// One tick. While the hand holds nothing the wrench is zero, proxy_pose_wa is where the last
+  /// part was left, and goal_pose_wa where the hand would lead it. StepInput::pose_wa is that of
+  /// the first part's mesh frame as the hand leads it, whatever part is held: every part is led by
+  /// its own grip point as the first one is by its, on from where it was taken.
   [[nodiscard]] StepResult step(const StepInput& input) noexcept;
   /// Forgets all contact history. A part other than the first stays where it is felt until the next
   /// step, and goes on from there.
@@ -66,9 +66,11 @@ class PartHand {
   [[nodiscard]] std::span<const PartPlace> places() const noexcept {
     return {places_.data(), parts_->count()};
   }
-  /// The core and the scene of the part that is held, or was last.
+  /// The core and the scene of the part that is held, or was last. Servo thread.
   [[nodiscard]] HapticCore& core() noexcept { return *sides_[side_].core; }
   [[nodiscard]] const SceneView& scene() const noexcept { return sides_[side_].view; }
+  /// Grip point of that part, in its mesh frame.
+  [[nodiscard]] Vec3 grip_a() const noexcept;
 
  private:
   struct Side {
@@ -87,7 +89,7 @@ class PartHand {
   std::array<PartPlace, kMostParts> places_;
   std::uint32_t next_ = 0, side_ = 0;
   std::uint64_t hash_ = 0;
-  Vec3 grip_a_ = Vec3::Zero();         ///< of the first part, in its mesh frame
+  Vec3 first_grip_a_ = Vec3::Zero();   ///< of the first part, in its mesh frame
   Pose taken_wa_, felt_wa_, left_wa_;  ///< of the part that is held, or was last
   bool was_taken_ = false;             ///< there was a step with it
   bool begins_ = false;  ///< the next step is the first of a core that begins at a place

@@ -169,7 +169,16 @@ WorkspaceMap begun_map(WorkspaceMap map, const StartPlace& start, const Pose& ha
 
 ServoTick::ServoTick(HapticCore& core, const ServoParameters& parameters,
                      const SceneCapacity& bounds, FlightRecorder* recorder) noexcept
+    : ServoTick(&core, nullptr, parameters, bounds, recorder) {}
+
+ServoTick::ServoTick(PartHand& hand, const ServoParameters& parameters,
+                     FlightRecorder* recorder) noexcept
+    : ServoTick(nullptr, &hand, parameters, SceneCapacity{}, recorder) {}
+
+ServoTick::ServoTick(HapticCore* core, PartHand* hand, const ServoParameters& parameters,
+                     const SceneCapacity& bounds, FlightRecorder* recorder) noexcept
     : core_(core),
+      hand_(hand),
       parameters_(parameters),
       bounds_(bounds),
       recorder_(recorder),
@@ -179,9 +188,34 @@ ServoTick::ServoTick(HapticCore& core, const ServoParameters& parameters,
               is_pose(parameters.start.pose_wa)) {
   parameters_.limits = own_limits_;
   device_.period_ns = own_limits_.period_ns;
-  const MotionEnvelope& of_scene = core.envelope();
+  const MotionEnvelope& of_scene = (hand != nullptr ? hand->core() : *core).envelope();
   if (of_scene.limits_place()) parameters_.envelope.half_extent_m = Vec3::Zero();
   if (of_scene.limits_turn()) parameters_.envelope.max_angle_rad = 0;
+}
+
+// An image has one core, and asks for no hand.
+void ServoTick::reset_core() noexcept {
+  if (!kSceneTraits.image && hand_ != nullptr) {
+    hand_->reset();
+  } else {
+    core_->reset();
+  }
+}
+
+StepResult ServoTick::step_core(const StepInput& input) noexcept {
+  if (!kSceneTraits.image && hand_ != nullptr) return hand_->step(input);
+  return core_->step(input);
+}
+
+const SceneCapacity& ServoTick::bounds() const noexcept {
+  if (!kSceneTraits.image && hand_ != nullptr) return hand_->scene().header().capacity;
+  return bounds_;
+}
+
+/// Of the part whose poses the last result has.
+Vec3 ServoTick::felt_grip_a() const noexcept {
+  if (!kSceneTraits.image && hand_ != nullptr) return hand_->grip_a();
+  return parameters_.map.grip_a;
 }
 
 /// The limits of a connection, from its first state on.
@@ -318,7 +352,7 @@ std::uint32_t ServoTick::check_rendered() noexcept {
       !is_finite(device_wrench(map, difference(r.wrench_w, r.spring_w)))) {
     faults |= kFaultNotFinite;
   }
-  if (!is_within(r.counters, bounds_)) faults |= kFaultInternal;
+  if (!is_within(r.counters, bounds())) faults |= kFaultInternal;
   // The scene's own start: a part that is inside after a reset is brought out without a fault.
   const bool inside = (r.flags & kFlagRecovery) != 0;
   rendered_.started_inside = inside && (rendered_.started_inside || !rendered_.has_result);
@@ -331,7 +365,7 @@ std::uint32_t ServoTick::check_rendered() noexcept {
 /// the core, against the others here.
 std::uint32_t ServoTick::check_envelope() noexcept {
   const Pose& goal = rendered_.result.goal_pose_wa;
-  const Vec3 x0_w = goal.p_wa + goal.q_wa.toRotationMatrix() * parameters_.map.grip_a;
+  const Vec3 x0_w = goal.p_wa + goal.q_wa.toRotationMatrix() * felt_grip_a();
   const std::uint32_t outside =
       rendered_.result.outside | watch_.update(parameters_.envelope, x0_w, goal.q_wa);
   std::uint32_t faults = 0;
@@ -344,7 +378,7 @@ std::uint32_t ServoTick::check_envelope() noexcept {
 std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) noexcept {
   const DeviceState& state = input.state;
   if (broken_) {
-    core_.reset();
+    reset_core();
     watch_.reset();
     broken_ = false;
     result.began = true;
@@ -361,7 +395,7 @@ std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) no
     in.accepted_wrench_w = frame_.inside(in.accepted_wrench_w);
   }
   in.report_goal_contact = input.report_goal_contact;
-  rendered_.result = core_.step(in);
+  rendered_.result = step_core(in);
   result.rendered_new = true;
   const std::uint32_t faults = check_rendered();
   if ((faults & kFaultBadPose) != 0) broken_ = true;

@@ -13,6 +13,7 @@
 #include "rt_core/exchange/device_exchange.hpp"
 #include "rt_core/exchange/step_trace.hpp"
 #include "rt_core/haptic_core.hpp"
+#include "rt_core/part_hand.hpp"
 #include "rt_core/safety/arming.hpp"
 #include "rt_core/safety/moving_frame.hpp"
 #include "rt_core/safety/output_limiter.hpp"
@@ -120,10 +121,19 @@ class ServoTick {
   /// arms. `recorder` may be nullptr.
   ServoTick(HapticCore& core, const ServoParameters& parameters, const SceneCapacity& bounds,
             FlightRecorder* recorder) noexcept;
+  /// Of a hand that holds one part after another; the bounds are those of the scene of the part
+  /// that is held. `hand` has begun, and outlives this.
+  ServoTick(PartHand& hand, const ServoParameters& parameters, FlightRecorder* recorder) noexcept;
 
   [[nodiscard]] ServoResult step(const ServoInput& input) noexcept;
 
  private:
+  ServoTick(HapticCore* core, PartHand* hand, const ServoParameters& parameters,
+            const SceneCapacity& bounds, FlightRecorder* recorder) noexcept;
+  void reset_core() noexcept;
+  [[nodiscard]] StepResult step_core(const StepInput& input) noexcept;
+  [[nodiscard]] const SceneCapacity& bounds() const noexcept;
+  [[nodiscard]] Vec3 felt_grip_a() const noexcept;
   void follow_limits(const LimitsRecord& record) noexcept;
   [[nodiscard]] std::uint32_t check_device(const ServoInput& input) const noexcept;
   void follow_state(const ServoInput& input, bool is_new) noexcept;
@@ -157,7 +167,8 @@ class ServoTick {
     bool started_inside = false;  ///< and has not come out since
   };
 
-  HapticCore& core_;
+  HapticCore* core_;  ///< null: the hand's
+  PartHand* hand_;    ///< null: there is one core
   ServoParameters parameters_;
   SceneCapacity bounds_;
   FlightRecorder* recorder_;

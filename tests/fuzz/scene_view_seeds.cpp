@@ -36,12 +36,15 @@ std::string marked_blob(const tools::Body& moving, const tools::Body& fixed, boo
   return written(scene);
 }
 
+/// From here the target presses the part on the plate: a proxy starts free.
+constexpr test::Point kFreeStart_m = {0, 0, 0.09};
+
 /// Two parts over a plate, of which the hand may hold either.
 std::string parts_blob(const tools::Body& one, const tools::Body& other, const tools::Body& plate) {
   const auto standing = [](const tools::Body& body, double x_m) {
     tools::PlacedBody placed;
     placed.body = body;
-    placed.position_m = {x_m, 0, kFreeStart_m[2]};
+    placed.position_m = {x_m, 0.0, kFreeStart_m[2]};
     return placed;
   };
   std::vector<tools::PlacedBody> bodies{standing(one, 0), standing(other, 0.2), {}};
@@ -67,9 +70,6 @@ std::string parts_blob(const tools::Body& one, const tools::Body& other, const t
 /// Unit of a scene of which products of four lengths are zero in Real: just above those whose
 /// volume would be zero too, which are refused.
 constexpr double kLeastUnit_m = HAPTIC_REAL_IS_FLOAT ? 1e-30 : 1e-100;
-
-/// From here the target presses the part on the plate: a proxy starts free.
-constexpr test::Point kFreeStart_m = {0, 0, 0.09};
 
 /// A part that never turns over a plate in pieces, whose seams only separate.
 std::string fixed_cut_blob(const tools::Body& moving, LawId law) {

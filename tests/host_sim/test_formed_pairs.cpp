@@ -84,7 +84,7 @@ std::vector<std::byte> compiled(const ScratchFolder& folder, bool goal_contact) 
   scene.moving.path = mesh;
   scene.moving.scale_to_m = {1e-3, 1e-3, 1e-3};
   scene.moving.position_m = {0, 0, -0.004};
-  scene.grip_m = {0, 0, 0};
+  scene.moving.grip_m = {0, 0, 0};
   scene.statics.push_back(scene.moving);
   scene.statics[0].position_m = {0.001, 0.010, 0.016};
   scene.statics[0].quaternion_wxyz = {0, 1, 0, 0};

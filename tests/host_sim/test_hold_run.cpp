@@ -95,17 +95,19 @@ TEST_SUITE("host_sim.hold_run") {
 
   TEST_CASE("what a script cannot ask for is refused, and what it does not come to is told") {
     CoreSession session(seven_parts(), "seven parts");
-    CHECK(test::has(refusal(session, {{0.1, "rung"}}), "hold = \"rung\": no such part"));
-    CHECK(test::has(refusal(session, {{0.1, "table"}}), "those are: peg, ring, cover, pin_1"));
+    CHECK(haptic::test::has(refusal(session, {{0.1, "rung"}}), "hold = \"rung\": no such part"));
+    CHECK(haptic::test::has(refusal(session, {{0.1, "table"}}),
+                            "those are: peg, ring, cover, pin_1"));
     MotionScript script;
     script.waypoints.resize(2);
     script.waypoints[0].p[2] = script.waypoints[1].p[2] = 0.06;
     script.waypoints[1].t_s = 0.5;
-    script.holds = {{0.49, "ring"}, {0.495, "cover"}};
-    CHECK(test::has(run(session, script).failures, "the script ends before what it asks for"));
+    script.holds = {{0.49, "ring"}, {0.5, "cover"}};  // in the last tick
+    CHECK(haptic::test::has(run(session, script).failures,
+                            "the script ends before what it asks for"));
     tools::SceneFile one = tools::read_scene_file(kFolder / ".." / "round_peg" / "scene.toml");
     CoreSession alone(tools::compile_scene(one, {}).bytes, "one part");
-    CHECK(test::has(refusal(alone, {{0.1, "peg"}}), "compile it with [[part]]"));
+    CHECK(haptic::test::has(refusal(alone, {{0.1, "peg"}}), "compile it with [[part]]"));
     CHECK(refusal(alone, {}) == "");
   }
 }

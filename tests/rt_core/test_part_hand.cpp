@@ -17,11 +17,14 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kHalf_m = 0.01, kStiffness_n_per_m = 1000;
+constexpr double kBlockHalf_m = 0.01, kHandStiffness_n_per_m = 1000;
 constexpr double kNear_m = HAPTIC_REAL_IS_FLOAT ? 2e-6 : 2e-7;
 constexpr double kTurn_rad = 0.3;  ///< about z, of the second block at the start
 
-tools::Body block() { return box({-kHalf_m, -kHalf_m, -kHalf_m}, {kHalf_m, kHalf_m, kHalf_m}); }
+tools::Body block() {
+  return box({-kBlockHalf_m, -kBlockHalf_m, -kBlockHalf_m},
+             {kBlockHalf_m, kBlockHalf_m, kBlockHalf_m});
+}
 
 /// Where it starts: the first over the table, the second on it, the table below z = 0.
 tools::PlacedBody placed(std::size_t part) {
@@ -31,7 +34,7 @@ tools::PlacedBody placed(std::size_t part) {
     return body;
   }
   body.body = block();
-  body.position_m = part == 0 ? Point{0, 0, 0.03} : Point{0.05, 0, kHalf_m + 1e-5};
+  body.position_m = part == 0 ? Point{0, 0, 0.03} : Point{0.05, 0, kBlockHalf_m + 1e-5};
   if (part == 1) body.quaternion_wxyz = {std::cos(kTurn_rad / 2), 0, 0, std::sin(kTurn_rad / 2)};
   return body;
 }
@@ -49,7 +52,7 @@ tools::SceneDescription holding(std::size_t part) {
   scene.statics = others;
   scene.parameters.law = LawId::kProxy;
   scene.parameters.goal_contact = 0;
-  scene.parameters.coupling.k_t_n_per_m = kStiffness_n_per_m;
+  scene.parameters.coupling.k_t_n_per_m = kHandStiffness_n_per_m;
   return scene;
 }
 
@@ -135,14 +138,14 @@ TEST_SUITE("rt_core.part_hand") {
     CHECK(bench.last.wrench_w.force_w.norm() == 0);
 
     // Down onto the table, pressed with 2 N, let go: it stays where it was felt.
-    bench.go({0, 0, kHalf_m - 2e-3}, 400);
+    bench.go({0, 0, kBlockHalf_m - 2e-3}, 400);
     CHECK(static_cast<double>(bench.last.wrench_w.force_w.z()) == doctest::Approx(2).epsilon(1e-3));
     const Pose felt = bench.last.proxy_pose_wa;
     bench.largest_step_n = 0;
     bench.let_go();
     CHECK(bench.largest_step_n <= 2.0 / 45);  // the ramp takes 50 ms
     const PartPlace down = bench.hand.places()[0];
-    CHECK(std::abs(z_of(down) - kHalf_m) <= kNear_m);
+    CHECK(std::abs(z_of(down) - kBlockHalf_m) <= kNear_m);
     CHECK(std::abs(z_of(down) - static_cast<double>(felt.p_wa.z())) <= kNear_m);
 
     // The hand goes elsewhere, and feels nothing.
@@ -163,14 +166,14 @@ TEST_SUITE("rt_core.part_hand") {
 
     // 1 mm up, then against the first block: an edge of the one, turned by 0.3 rad, meets a face of
     // the other 2 mm before the goal.
-    const double half = kHalf_m * (std::cos(kTurn_rad) + std::sin(kTurn_rad));
-    const double way_m = 0.05 - half - kHalf_m + 2e-3;
+    const double half = kBlockHalf_m * (std::cos(kTurn_rad) + std::sin(kTurn_rad));
+    const double way_m = 0.05 - half - kBlockHalf_m + 2e-3;
     const Point from = bench.device;
     bench.go({from[0], from[1], from[2] + 1e-3}, 50);
     bench.go({from[0] - way_m, from[1], from[2] + 1e-3}, 600);
     CHECK(static_cast<double>(bench.last.wrench_w.force_w.x()) == doctest::Approx(2).epsilon(0.05));
     bench.let_go();
-    CHECK(std::abs(bench.hand.places()[1].p_wa_m[0] - (half + kHalf_m)) <= 2e-4);
+    CHECK(std::abs(bench.hand.places()[1].p_wa_m[0] - (half + kBlockHalf_m)) <= 2e-4);
     CHECK(bench.hand.places()[0] == down);
 
     // The first one again: free to go up, stopped by the second.
