@@ -173,25 +173,44 @@ std::optional<bool> TomlTable::flag(std::string_view key) const {
   return node->as_boolean()->get();
 }
 
-std::optional<std::array<std::string, 2>> TomlTable::word_pair(std::string_view key) const {
-  const toml::node* node = table_->get(key);
-  if (node == nullptr) return std::nullopt;
-  const toml::array* array = node->as_array();
-  if (array == nullptr) fail(key, "is " + type_name(*node) + "; give an array of two strings");
+std::array<std::string, 2> TomlTable::words_of(const toml::node& node,
+                                               const std::string& what) const {
+  const toml::array* array = node.as_array();
+  if (array == nullptr)
+    fail_at(node.source(), what + " is " + type_name(node) + "; give an array of two strings");
   if (array->size() != 2) {
-    fail(key, "has " + std::to_string(array->size()) + " elements; give two strings");
+    fail_at(node.source(),
+            what + " has " + std::to_string(array->size()) + " elements; give two strings");
   }
   std::array<std::string, 2> result;
   for (std::size_t k = 0; k < 2; ++k) {
     const toml::node& word = *array->get(k);
     if (!word.is_string() || word.as_string()->get().empty()) {
-      fail_at(word.source(), full_name(key) + "[" + std::to_string(k) + "] is " +
+      fail_at(word.source(), what + "[" + std::to_string(k) + "] is " +
                                  (word.is_string() ? "empty" : type_name(word)) +
                                  "; give a name in quotes");
     }
     result[k] = word.as_string()->get();
   }
   return result;
+}
+
+std::optional<std::array<std::string, 2>> TomlTable::word_pair(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  if (node == nullptr) return std::nullopt;
+  return words_of(*node, full_name(key));
+}
+
+std::vector<std::array<std::string, 2>> TomlTable::word_pairs(std::string_view key) const {
+  const toml::node* node = table_->get(key);
+  if (node == nullptr) return {};
+  const toml::array* array = node->as_array();
+  if (array == nullptr)
+    fail(key, "is " + type_name(*node) + "; give an array of arrays of two strings");
+  std::vector<std::array<std::string, 2>> pairs;
+  for (const toml::node& pair : *array)
+    pairs.push_back(words_of(pair, full_name(key) + "[" + std::to_string(pairs.size()) + "]"));
+  return pairs;
 }
 
 template <std::size_t kCount>

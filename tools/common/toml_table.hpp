@@ -50,6 +50,8 @@ class TomlTable {
   [[nodiscard]] std::optional<bool> flag(std::string_view key) const;
   /// An array of two strings, neither empty.
   [[nodiscard]] std::optional<std::array<std::string, 2>> word_pair(std::string_view key) const;
+  /// An array of such arrays; empty when absent.
+  [[nodiscard]] std::vector<std::array<std::string, 2>> word_pairs(std::string_view key) const;
   [[nodiscard]] std::optional<std::array<double, 3>> vector3(std::string_view key,
                                                              const Range& range) const;
   /// One number for all three, or an array of three.
@@ -75,6 +77,9 @@ class TomlTable {
   [[noreturn]] void fail_missing(std::string_view key, const std::string& fix) const;
 
  private:
+  /// `what`: of the node, for messages.
+  [[nodiscard]] std::array<std::string, 2> words_of(const toml::node& node,
+                                                    const std::string& what) const;
   [[nodiscard]] double number_of(const toml::node& node, const std::string& what,
                                  const Range& range) const;
   template <std::size_t kCount>

@@ -16,6 +16,7 @@
 #include "hal/clock/servo_clock.hpp"
 #include "hal/realtime/process_hardening.hpp"
 #include "rt_core/haptic_core.hpp"
+#include "rt_core/scene/part_scenes.hpp"
 #include "tools/common/changed_scene.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
@@ -150,6 +151,18 @@ hal::ServoLoopSettings loop_settings(const LoopConfig& loop) {
   return settings;
 }
 
+/// Says which part the hand holds, where it may hold several.
+void tell_parts(const DeviceConfig& config, const SceneView& view) {
+  PartScenes parts;
+  if (PartScenes::open(view, parts) != RtStatus::kOk || parts.count() == 0) return;
+  const std::string held(parts.name(0));
+  std::fprintf(
+      stderr,
+      "run_device: %s: the hand holds '%s' all through, and the other parts stand; to hold "
+      "one after another take host_sim run, the page, C or Python\n",
+      config.scene.c_str(), held.c_str());
+}
+
 /// With gains that the simulated handle and the hand on it hold.
 SceneBytes held_scene(const DeviceConfig& config, const SceneView& view, SceneBytes bytes) {
   const double period_s = 1e-9 * static_cast<double>(config.loop.period_ns);
@@ -203,6 +216,7 @@ SceneBytes read_usable_scene(const DeviceConfig& config) {
     throw InputError(config.scene.string() + ": not a usable scene: " + to_text(status) +
                      "; compile it again");
   tell_simplification("run_device", config.scene.string(), tried.view);
+  tell_parts(config, tried.view);
   return config.simulated ? held_scene(config, tried.view, std::move(bytes)) : std::move(bytes);
 }
 

@@ -288,8 +288,11 @@ std::string simplified_sentence(const BodyFacts& body) {
 std::string body_sentences(const Inspection& inspection, std::size_t index,
                            std::size_t first_piece) {
   const BodyFacts& body = inspection.facts.bodies[index];
-  std::string text =
-      "'" + body.name + "' " + (index == 0 ? "moves with the hand. " : "stands still. ");
+  std::string text = "'" + body.name + "' " +
+                     (index == 0 ? "moves with the hand. "
+                      : body.held_bytes.value_or(0) > 0
+                          ? "stands until the hand holds it, and where it is then let go. "
+                          : "stands still. ");
   const std::size_t pieces = body.pieces.size();
   if (body.is_surface()) {
     return text + "It is a surface of " + counted(pieces, "flat facet") + " in " +

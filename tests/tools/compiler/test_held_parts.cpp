@@ -13,6 +13,7 @@
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
+#include "tools/graph_compiler/program/traits_header.hpp"
 
 using namespace haptic;
 using namespace haptic::tools;
@@ -36,7 +37,11 @@ constexpr const char* kRing =
     "inner_radius_m = 0.0055\nouter_radius_m = 0.009\nheight_m = 0.006\n"
     "position_m = [0.04, 0, 0.00301]\n";
 
-std::string all_parts() { return std::string(kHead) + kTable + kSocket + kPeg + kRing; }
+std::string all_parts() {
+  std::string text(kHead);
+  for (const char* part : {kTable, kSocket, kPeg, kRing}) text.append(part);
+  return text;
+}
 
 std::string message_of(const std::string& text) {
   try {
@@ -165,6 +170,34 @@ TEST_SUITE("tools.held_parts") {
     CHECK(ring.statics[2].name == "socket");
   }
 
+  TEST_CASE("parts that never meet are not compiled, and pass through each other") {
+    const std::string text = all_parts() + "[bodies]\nnever = [[\"ring\", \"socket\"]]\n";
+    const SceneFile scene = parse_scene_file(text, "parts.toml", ".");
+    CHECK(parts_met(scene, 3) == std::vector<std::size_t>{0, 1});
+    CHECK(parts_met(scene, 0) == std::vector<std::size_t>{1, 2, 3});
+    const Bench all(all_parts()), fewer(text);
+    CHECK(fewer.blob.span().size() < all.blob.span().size());
+    PartScenes parts;
+    REQUIRE(PartScenes::open(fewer.view, parts) == RtStatus::kOk);
+    REQUIRE(parts.others_of(3).size() == 2);
+    CHECK(parts.others_of(3)[1] == 1);
+    CHECK(parts.others_of(0).size() == 3);
+    // Of the part that is held at first, too: the scene around is against all.
+    const Bench peg(all_parts() + "[bodies]\nnever = [[\"socket\", \"peg\"]]\n");
+    REQUIRE(PartScenes::open(peg.view, parts) == RtStatus::kOk);
+    CHECK(parts.others_of(0).size() == 2);
+    CHECK(peg.view.bodies().size() == 4);
+  }
+
+  TEST_CASE("no image is made of a scene whose parts the hand may hold") {
+    const Bench bench(all_parts());
+    CHECK_THROWS_WITH_AS(
+        static_cast<void>(image_traits(bench.view, {}, {})),
+        "an image has one moving part, and the hand may hold several of this scene; leave out "
+        "--traits, or write the parts as [moving] and [[static]]",
+        InputError);
+  }
+
   TEST_CASE("what a scene of parts cannot say is refused with its place") {
     const std::string good = all_parts();
     const std::pair<std::string, const char*> bad[] = {
@@ -182,6 +215,13 @@ TEST_SUITE("tools.held_parts") {
          "are of one moving part"},
         {replaced(good, "k_f_n_per_m = 800", "k_f_n_per_m = 800\nlaw = \"paper\""),
          "asks for law = \"proxy\""},
+        {good + "[bodies]\nnever = [[\"ring\", \"nut\"]]\n", "no part has that name"},
+        {good + "[bodies]\nnever = [[\"ring\", \"ring\"]]\n", "twice in one pair"},
+        {good + "[bodies]\nnever = [[\"ring\"]]\n", "has 1 elements"},
+        {good + "[bodies]\nnever = [\"ring\"]\n", "give an array of two strings"},
+        {good + "[bodies]\nnever = [[\"ring\", \"peg\"], [\"ring\", \"table\"], "
+                "[\"ring\", \"socket\"]]\n",
+         "leaves 'ring' nothing to meet"},
         {good + "[[friction]]\nmaterials = [\"steel\", \"pom\"]\nmu = 0.1\n",
          "no part is of 'pom'"}};
     for (const auto& [text, words] : bad) {

@@ -702,11 +702,12 @@ class CompiledParts {
     for (const ScenePart& part : scene.statics)
       parts_.push_back(compile_part(part, scene, options, files));
   }
-  /// In the order of scene_holding(scene, part).
-  [[nodiscard]] std::vector<CompiledPart> holding(std::size_t part) const {
-    std::vector<CompiledPart> parts = parts_;
-    std::rotate(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(part),
-                parts.begin() + static_cast<std::ptrdiff_t>(part) + 1);
+  /// All, the moving one first.
+  [[nodiscard]] const std::vector<CompiledPart>& all() const { return parts_; }
+  /// Those of scene_holding(scene, part), in their order.
+  [[nodiscard]] std::vector<CompiledPart> holding(const SceneFile& scene, std::size_t part) const {
+    std::vector<CompiledPart> parts{parts_[part]};
+    for (const std::size_t other : parts_met(scene, part)) parts.push_back(parts_[other]);
     return parts;
   }
 
@@ -806,32 +807,35 @@ CompiledScene compiled_with(const SceneFile& scene, std::vector<CompiledPart> pa
   return result;
 }
 
-/// The scene of a part that is held later says what is to be said of that part against the others.
-void take_warnings(const CompiledScene& held, std::size_t part, CompiledScene& result) {
-  for (std::size_t k = 0; k < held.parts.size(); ++k) {
-    const std::size_t of = k == 0 ? part : k <= part ? k - 1 : k;
-    add_new(result.parts[of].warnings, held.parts[k].warnings);
-  }
+/// The scene of a part that is held says what is to be said of that part against the others.
+void take_warnings(const CompiledScene& held, std::size_t part,
+                   const std::vector<std::size_t>& others, CompiledScene& result) {
+  add_new(result.parts[part].warnings, held.parts[0].warnings);
+  for (std::size_t k = 0; k < others.size(); ++k)
+    add_new(result.parts[others[k]].warnings, held.parts[k + 1].warnings);
   add_new(result.notes, held.notes);
 }
 
-/// The scene of the part that is held at first, and in it those of the others.
+/// The scene of the part that is held at first, against all others; and in it those of the parts
+/// that may be held, each against those that it may meet.
 CompiledScene compiled_with_parts(const SceneFile& scene, const CompileOptions& options) {
   const CompiledParts parts(scene, options);
-  CompiledScene result = compiled_with(scene, parts.holding(0), options);
+  CompiledScene result = compiled_with(scene, parts.all(), options);
   if (!scene.has_parts()) return result;
-  std::vector<HeldPart> held{part_of(scene.moving)};
-  held[0].scene = result.bytes;
-  for (std::size_t k = 1; k <= scene.statics.size(); ++k) {
-    held.push_back(part_of(scene.statics[k - 1]));
+  std::vector<HeldPart> held;
+  for (std::size_t k = 0; k <= scene.statics.size(); ++k) {
+    held.push_back(part_of(k == 0 ? scene.moving : scene.statics[k - 1]));
     if (!may_hold(scene, k)) continue;
-    const CompiledScene other = compiled_with(scene_holding(scene, k), parts.holding(k), options);
-    take_warnings(other, k, result);
-    held.back().scene = other.bytes;
-  }
-  for (std::size_t k = 0; k < held.size(); ++k) {
-    for (std::uint32_t other = 0; other < held.size() && !held[k].scene.empty(); ++other)
-      if (other != k) held[k].others.push_back(other);
+    const std::vector<std::size_t> others = parts_met(scene, k);
+    held[k].others.assign(others.begin(), others.end());
+    if (k == 0 && others.size() == scene.statics.size()) {
+      held[k].scene = result.bytes;
+      continue;
+    }
+    const CompiledScene other =
+        compiled_with(scene_holding(scene, k), parts.holding(scene, k), options);
+    take_warnings(other, k, others, result);
+    held[k].scene = other.bytes;
   }
   result.bytes = with_parts(result.bytes, held);
   return result;

@@ -464,6 +464,34 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
   if (scene.statics.empty()) top.fail("part", "is one alone; add the parts that it meets");
 }
 
+/// Part 0 is the moving one.
+const ScenePart& named_part(const SceneFile& scene, std::size_t part) {
+  return part == 0 ? scene.moving : scene.statics[part - 1];
+}
+
+/// `[bodies]`: pairs of parts that are not compiled.
+void read_never(const TomlTable& top, SceneFile& scene) {
+  const auto bodies = top.table("bodies", {"never"});
+  if (!bodies) return;
+  scene.never = bodies->word_pairs("never");
+  for (const auto& pair : scene.never) {
+    for (const std::string& name : pair) {
+      const bool is_known = name == scene.moving.name ||
+                            std::ranges::any_of(scene.statics, [&](const ScenePart& part) {
+                              return part.name == name;
+                            });
+      if (!is_known) bodies->fail("never", "names '" + name + "', and no part has that name");
+    }
+    if (pair[0] == pair[1])
+      bodies->fail("never", "names '" + pair[0] + "' twice in one pair; name two parts");
+  }
+  for (std::size_t k = 0; k <= scene.statics.size(); ++k) {
+    const ScenePart& part = named_part(scene, k);
+    if (part.role != PartRole::kFixed && parts_met(scene, k).empty())
+      bodies->fail("never", "leaves '" + part.name + "' nothing to meet; take a pair out");
+  }
+}
+
 /// Refuses what a scene of one moving part may say, and one of several may not.
 void check_parts(const TomlTable& top, const SceneFile& scene) {
   if (!scene.has_parts()) return;
@@ -638,7 +666,9 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
   scene.name = read_name(top);
   if (top.has("part")) {
     read_parts(top, folder, scene);
+    read_never(top, scene);
   } else {
+    if (top.has("bodies")) top.fail("bodies", "is of a scene with [[part]] tables; leave it out");
     read_moving(top, folder, scene);
     for (const TomlTable& t : top.tables("static", part_keys())) {
       bool posed = false;
@@ -704,14 +734,25 @@ std::optional<FrictionPair> friction_of(const std::vector<FrictionPair>& pairs,
   return std::nullopt;
 }
 
+std::vector<std::size_t> parts_met(const SceneFile& scene, std::size_t part) {
+  const std::string& name = named_part(scene, part).name;
+  std::vector<std::size_t> met;
+  for (std::size_t k = 0; k <= scene.statics.size(); ++k) {
+    const std::string& other = named_part(scene, k).name;
+    const bool is_never = std::ranges::any_of(scene.never, [&](const auto& pair) {
+      return (pair[0] == name && pair[1] == other) || (pair[1] == name && pair[0] == other);
+    });
+    if (k != part && !is_never) met.push_back(k);
+  }
+  return met;
+}
+
 SceneFile scene_holding(const SceneFile& scene, std::size_t part) {
   SceneFile held = scene;
-  if (part == 0) return held;
-  held.moving = scene.statics[part - 1];
+  held.moving = named_part(scene, part);
   held.statics.clear();
-  held.statics.push_back(scene.moving);
-  for (std::size_t k = 0; k < scene.statics.size(); ++k)
-    if (k + 1 != part) held.statics.push_back(scene.statics[k]);
+  for (const std::size_t other : parts_met(scene, part))
+    held.statics.push_back(named_part(scene, other));
   held.parameters.held = held.moving.held;
   return held;
 }
@@ -726,10 +767,10 @@ SceneFile parse_scene_file(std::string_view text, const std::string& file,
   if (!is_scene && root.contains("scene"))
     throw InputError(file + ": is a configuration of run_device, which names a compiled scene; " +
                      "give a scene file with [moving] here");
-  const TomlTable top(
-      root, file, "",
-      {"format", "name", "moving", "static", "part", "rendering", "start", "motion_limits", "loop",
-       "device", "coupling", "friction", "budget", "memory", "cleaning", "guide"});
+  const TomlTable top(root, file, "",
+                      {"format", "name", "moving", "static", "part", "bodies", "rendering", "start",
+                       "motion_limits", "loop", "device", "coupling", "friction", "budget",
+                       "memory", "cleaning", "guide"});
   SceneFile scene = read_tables(top, file, folder);
   std::vector<std::string> odd = implausible_values(root, file);
   scene.warnings.insert(scene.warnings.end(), odd.begin(), odd.end());

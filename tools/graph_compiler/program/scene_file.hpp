@@ -95,6 +95,8 @@ struct SceneFile {
   std::string name;
   ScenePart moving;                ///< of `[[part]]` tables the one with role "hand"
   std::vector<ScenePart> statics;  ///< of these the others, in their order
+  /// Names of parts that never meet: no pair of theirs is compiled.
+  std::vector<std::array<std::string, 2>> never;
   SceneParameters parameters =
       default_parameters();  ///< start pose and name are filled by the scene writer, the
                              ///< coupling by choose_coupling
@@ -116,8 +118,11 @@ struct SceneFile {
   }
 };
 
-/// The scene in which another of its parts is held: number 0 is the one of the file, number k its
-/// static part k - 1, which leaves its place to the part that was held.
+/// Numbers of the parts that `part` may meet, in their order: number 0 is the moving one of the
+/// file, number k its static part k - 1.
+std::vector<std::size_t> parts_met(const SceneFile& scene, std::size_t part);
+
+/// The scene in which this part is held and those that it may meet stand, in their order.
 SceneFile scene_holding(const SceneFile& scene, std::size_t part);
 
 /// Largest scene file that is read [bytes].

@@ -56,6 +56,12 @@ std::vector<std::string> trait_names() {
 
 SceneTraits image_traits(const SceneView& scene, const std::vector<std::string>& without,
                          const std::vector<std::string>& with) {
+  for (const SectionEntry& section : scene.sections()) {
+    if (section.id == SectionId::kParts)
+      throw InputError(
+          "an image has one moving part, and the hand may hold several of this scene; "
+          "leave out --traits, or write the parts as [moving] and [[static]]");
+  }
   SceneTraits traits = needs_of(scene);
   traits.contact_geometry = true;
   const auto& optional = optional_traits();
