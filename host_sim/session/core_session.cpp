@@ -29,40 +29,26 @@ CoreSession::CoreSession(std::span<const std::byte> scene, const std::string& na
 }
 
 void CoreSession::change(const std::function<void(SceneParameters&)>& change) {
-  tools::SceneBytes changed = tools::changed_scene(view_, change);
-  if (parts_) changed = tools::changed_parts(changed.span(), change);
-  blob_ = std::move(changed);
+  blob_ = tools::with_changed(
+      view_, [&](const SceneView& scene) { return tools::changed_scene(scene, change); });
   open("the changed scene", GoalContact::kLeftOut);
 }
 
 void CoreSession::reset() {
   if (parts_) {
-    open_parts("the scene");
+    // It has begun so before.
+    static_cast<void>(parts_->begin());
   } else {
     core_->reset();
   }
 }
 
 void CoreSession::open_parts(const std::string& name) {
-  auto parts = std::make_unique<Parts>();
-  RtStatus status = PartScenes::open(view_, parts->scenes);
-  if (status == RtStatus::kOk && parts->scenes.count() == 0) {
-    parts_.reset();
-    return;
-  }
-  if (status == RtStatus::kOk) {
-    for (int k = 0; k < 2; ++k) {
-      parts->scene[k] = tools::SceneBytes(parts->scenes.most_bytes());
-      parts->state[k] = tools::SceneBytes(parts->scenes.most_state_bytes());
-    }
-    status = parts->hand.begin(parts->scenes, {parts->scene[0].span(), parts->state[0].span()},
-                               {parts->scene[1].span(), parts->state[1].span()});
-  }
+  const RtStatus status = tools::HeldParts::open(view_, parts_);
   if (status != RtStatus::kOk) {
     throw tools::InputError(name + ": the parts of the scene are refused: " + to_text(status) +
                             "; compile it again");
   }
-  parts_ = std::move(parts);
 }
 
 void CoreSession::open(const std::string& name, GoalContact asked) {

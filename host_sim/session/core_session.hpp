@@ -12,8 +12,8 @@
 
 #include "host_sim/session/motion_csv.hpp"
 #include "rt_core/haptic_core.hpp"
-#include "rt_core/part_hand.hpp"
 #include "rt_core/scene/laws.hpp"
+#include "tools/common/held_parts.hpp"
 #include "tools/common/scene_bytes.hpp"
 
 namespace haptic::sim {
@@ -56,20 +56,13 @@ class CoreSession {
   [[nodiscard]] std::span<std::byte> state() { return state_.span(); }
 
  private:
-  /// A scene's parts, and the hand that holds them.
-  struct Parts {
-    PartScenes scenes;
-    tools::SceneBytes scene[2], state[2];
-    PartHand hand;
-  };
-
   void open(const std::string& name, GoalContact asked);
   void open_parts(const std::string& name);
 
   tools::SceneBytes blob_, state_;
   SceneView view_;
   HapticCore* core_ = nullptr;
-  std::unique_ptr<Parts> parts_;
+  std::unique_ptr<tools::HeldParts> parts_;
 };
 
 /// Name, law and stiffness of a scene, as the head of a picture.

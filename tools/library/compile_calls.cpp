@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "rt_core/scene/part_scenes.hpp"
 #include "rt_core/scene/scene_format.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
@@ -30,7 +31,7 @@ struct haptic_compiled {
 namespace {
 
 constexpr std::uint64_t kCompiledMagic = 0x636f6d70696c6564;
-constexpr std::size_t kMostParts = 10'000;
+constexpr std::size_t kMostFixed = 10'000;
 
 int check_handle(const haptic_compiled* compiled) noexcept {
   if (compiled == nullptr) return HAPTIC_ERROR_NULL;
@@ -54,7 +55,7 @@ int check_input(const haptic_compile_input* input) noexcept {
   if (const int error = check_structure(input); error != HAPTIC_OK) return error;
   if (input->scene_file != nullptr) return HAPTIC_OK;
   if (input->moving == nullptr || input->fixed == nullptr) return HAPTIC_ERROR_NULL;
-  if (input->fixed_count == 0 || input->fixed_count > kMostParts) return HAPTIC_ERROR_SIZE;
+  if (input->fixed_count == 0 || input->fixed_count > kMostFixed) return HAPTIC_ERROR_SIZE;
   if (const int error = check_part(input->moving); error != HAPTIC_OK) return error;
   for (std::size_t k = 0; k < input->fixed_count; ++k) {
     if (const int error = check_part(input->fixed + k); error != HAPTIC_OK) return error;
@@ -117,6 +118,25 @@ ScenePart scene_part(const haptic_part& given, const std::string& role) {
   return part;
 }
 
+/// The hand may hold some of them one after another, by their names.
+void name_parts(std::span<const haptic_part> fixed, SceneFile& scene) {
+  if (fixed.size() >= haptic::kMostParts)
+    throw InputError("the scene has " + std::to_string(fixed.size() + 1) +
+                     " parts, and one whose parts may be held has at most " +
+                     std::to_string(haptic::kMostParts));
+  scene.moving.name = scene.moving.mesh;
+  scene.moving.role = haptic::PartRole::kHand;
+  std::vector<std::string> names{scene.moving.name};
+  for (std::size_t k = 0; k < fixed.size(); ++k) {
+    ScenePart& part = scene.statics[k];
+    part.name = part.mesh;
+    if (fixed[k].may_be_held != 0) part.role = haptic::PartRole::kPlaced;
+    if (std::ranges::find(names, part.name) != names.end())
+      throw InputError(part.name + ": is the name of another part too; give each its own");
+    names.push_back(part.name);
+  }
+}
+
 /// The scene file with the same parts and numbers.
 SceneFile scene_of(const haptic_compile_input& input) {
   SceneFile scene;
@@ -135,10 +155,14 @@ SceneFile scene_of(const haptic_compile_input& input) {
     std::copy_n(input.grip_m, 3, scene.moving.grip_m->begin());
   }
   if (input.friction > 0) {
-    scene.friction.push_back({{"moving", "fixed"}, input.friction, input.friction});
-    scene.moving.material = "moving";
-    for (ScenePart& part : scene.statics) part.material = "fixed";
+    // Of parts that may be held each may rub on each.
+    scene.friction.push_back({{"part", "part"}, input.friction, input.friction});
+    scene.moving.material = "part";
+    for (ScenePart& part : scene.statics) part.material = "part";
   }
+  const std::span fixed(input.fixed, input.fixed_count);
+  if (std::ranges::any_of(fixed, [](const haptic_part& p) { return p.may_be_held != 0; }))
+    name_parts(fixed, scene);
   return scene;
 }
 

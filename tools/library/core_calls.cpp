@@ -9,17 +9,32 @@
 #include <span>
 
 #include "rt_core/haptic_core.hpp"
+#include "rt_core/part_hand.hpp"
+#include "tools/library/bodies.hpp"
 #include "tools/library/call.hpp"
 
 using namespace haptic;
 using namespace haptic::tools;
 
-/// At the begin of the caller's memory; the core's own follows.
+namespace {
+
+/// Of a scene whose parts the hand holds one after another.
+struct alignas(kStateAlignment) PartsOfCore {
+  PartScenes scenes;
+  PartHand hand;
+};
+
+}  // namespace
+
+/// At the begin of the caller's memory. What follows: of a scene of one moving part the core's
+/// state; else PartsOfCore and the two rooms of its hand.
 struct alignas(kStateAlignment) haptic_core {
   std::atomic<std::uint64_t> magic{0};
   std::atomic<bool> busy{false};
   SceneView view;
-  HapticCore* core = nullptr;
+  PartsOfCore* parts = nullptr;  ///< null: the scene has one moving part
+  HapticCore* core = nullptr;    ///< null: the scene has parts
+  HeldNow held;
   std::uint64_t ticks = 0;
   SessionJudge judge;
 };
@@ -71,16 +86,46 @@ class CoreCall {
   int error_ = HAPTIC_OK;
 };
 
-int open_scene(const void* scene, std::size_t bytes, SceneView& view, RtStatus& status) noexcept {
+int open_scene(const void* scene, std::size_t bytes, SceneView& view, PartScenes& parts,
+               RtStatus& status) noexcept {
   if (scene == nullptr) return HAPTIC_ERROR_NULL;
   if (bytes == 0) return HAPTIC_ERROR_SIZE;
   if (!is_aligned(scene)) return HAPTIC_ERROR_MEMORY;
   status = SceneView::open({static_cast<const std::byte*>(scene), bytes}, view);
+  if (status == RtStatus::kOk) status = PartScenes::open(view, parts);
   return status == RtStatus::kOk ? HAPTIC_OK : HAPTIC_ERROR_SCENE;
 }
 
-std::size_t memory_bytes(const SceneView& view) noexcept {
-  return sizeof(haptic_core) + HapticCore::state_bytes(view);
+constexpr std::size_t aligned_size(std::size_t bytes) noexcept {
+  return (bytes + kStateAlignment - 1) / kStateAlignment * kStateAlignment;
+}
+
+/// One after the other from `memory` on.
+PartHand::Room room_at(std::byte* memory, const PartScenes& parts) noexcept {
+  const std::size_t scene = aligned_size(parts.most_bytes());
+  return {{memory, parts.most_bytes()}, {memory + scene, parts.most_state_bytes()}};
+}
+std::size_t room_bytes(const PartScenes& parts) noexcept {
+  return aligned_size(parts.most_bytes()) + aligned_size(parts.most_state_bytes());
+}
+
+/// `parts`: of the scene.
+std::size_t memory_bytes(const SceneView& view, const PartScenes& parts) noexcept {
+  if (parts.count() == 0) return sizeof(haptic_core) + HapticCore::state_bytes(view);
+  return sizeof(haptic_core) + sizeof(PartsOfCore) + 2 * room_bytes(parts);
+}
+
+/// The core, or the hand, in the memory after `handle`.
+RtStatus create(haptic_core& handle, std::byte* memory, std::size_t bytes) noexcept {
+  PartScenes parts;
+  const RtStatus opened = PartScenes::open(handle.view, parts);
+  if (opened != RtStatus::kOk) return opened;
+  if (parts.count() == 0) return HapticCore::create({memory, bytes}, handle.view, handle.core);
+  handle.parts = new (memory) PartsOfCore;  // placement, no heap
+  handle.parts->scenes = parts;
+  std::byte* const rooms = memory + sizeof(PartsOfCore);
+  return handle.parts->hand.begin(handle.parts->scenes, room_at(rooms, parts),
+                                  room_at(rooms + room_bytes(parts), parts));
 }
 
 /// @return HAPTIC_OK or HAPTIC_ERROR_POSE.
@@ -91,8 +136,12 @@ int step(haptic_core& handle, const double* pose, std::int64_t stamp_ns, bool cl
   input.stamp_ns = stamp_ns;
   input.pose_wa = pose_of_numbers(pose);
   input.clutched = clutched;
-  result = handle.core->step(input);
+  result = handle.parts != nullptr ? handle.parts->hand.step(input) : handle.core->step(input);
   handle.judge.take(result);
+  if (handle.parts != nullptr) {
+    handle.held.hold = hold_of(handle.parts->hand);
+    write_numbers(result.proxy_pose_wa, handle.held.felt_pose);
+  }
   if (result.status != RtStatus::kOk) return HAPTIC_ERROR_POSE;
   handle.ticks += 1;
   return HAPTIC_OK;
@@ -131,8 +180,9 @@ int haptic_scene_read(const void* scene, size_t scene_bytes, haptic_scene_info* 
   if (const int error = check_structure(info); error != HAPTIC_OK) return error;
   *info = HAPTIC_SCENE_INFO_INIT;
   SceneView view;
+  PartScenes parts;
   RtStatus status = RtStatus::kOk;
-  const int error = open_scene(scene, scene_bytes, view, status);
+  const int error = open_scene(scene, scene_bytes, view, parts, status);
   if (status != RtStatus::kOk)
     (void)std::snprintf(info->trouble, sizeof info->trouble, "%s", to_text(status));
   if (error != HAPTIC_OK) return error;
@@ -140,7 +190,7 @@ int haptic_scene_read(const void* scene, size_t scene_bytes, haptic_scene_info* 
   info->parts = static_cast<std::uint32_t>(view.bodies().size());
   info->pieces = static_cast<std::uint32_t>(view.pieces().size());
   info->pairs = static_cast<std::uint32_t>(std::min<PairIndex>(view.pair_count(), UINT32_MAX));
-  info->memory_bytes = memory_bytes(view);
+  info->memory_bytes = memory_bytes(view, parts);
   info->rate_hz = p.rate_hz;
   std::copy_n(p.start_p_wa_m, 3, info->start_pose);
   std::copy_n(p.start_q_wa_xyzw, 4, info->start_pose + 3);
@@ -156,17 +206,17 @@ int haptic_core_create(const void* scene, size_t scene_bytes, void* memory, size
   if (core == nullptr) return HAPTIC_ERROR_NULL;
   *core = nullptr;
   SceneView view;
+  PartScenes parts;
   RtStatus status = RtStatus::kOk;
-  if (const int error = open_scene(scene, scene_bytes, view, status); error != HAPTIC_OK)
+  if (const int error = open_scene(scene, scene_bytes, view, parts, status); error != HAPTIC_OK)
     return error;
   if (memory == nullptr) return HAPTIC_ERROR_NULL;
-  if (!is_aligned(memory) || bytes < memory_bytes(view)) return HAPTIC_ERROR_MEMORY;
+  if (!is_aligned(memory) || bytes < memory_bytes(view, parts)) return HAPTIC_ERROR_MEMORY;
   auto* handle = new (memory) haptic_core;  // placement, no heap
   handle->view = view;
   handle->judge = SessionJudge(view);
-  std::byte* const state = static_cast<std::byte*>(memory) + sizeof(haptic_core);
-  if (HapticCore::create({state, bytes - sizeof(haptic_core)}, handle->view, handle->core) !=
-      RtStatus::kOk)
+  std::byte* const rest = static_cast<std::byte*>(memory) + sizeof(haptic_core);
+  if (create(*handle, rest, bytes - sizeof(haptic_core)) != RtStatus::kOk)
     return HAPTIC_ERROR_SCENE;
   handle->magic.store(kOpenMagic, std::memory_order_release);
   *core = handle;
@@ -216,9 +266,47 @@ int haptic_core_verdict(haptic_core* core, haptic_verdict* verdict) {
 int haptic_core_reset(haptic_core* core) {
   const CoreCall call(core);
   if (call.error() != HAPTIC_OK) return call.error();
-  (*call).core->reset();
+  if ((*call).parts != nullptr) {
+    (*call).parts->hand.reset();
+  } else {
+    (*call).core->reset();
+  }
   (*call).ticks = 0;
   (*call).judge.reset();
+  return HAPTIC_OK;
+}
+
+int haptic_core_hold_part(haptic_core* core, uint32_t hand, uint32_t part) {
+  const CoreCall call(core);
+  if (call.error() != HAPTIC_OK) return call.error();
+  PartsOfCore* const parts = (*call).parts;
+  if (parts == nullptr || hand != 0 || part >= parts->scenes.count() ||
+      !parts->scenes.may_be_held(part))
+    return HAPTIC_ERROR_PART;
+  const PartHand::Phase phase = parts->hand.phase();
+  if (phase == PartHand::Phase::kHolding && parts->hand.part() == part) return HAPTIC_OK;
+  parts->hand.release();
+  if (phase != PartHand::Phase::kEmpty) return HAPTIC_ERROR_BUSY;
+  return parts->hand.prepare(part) == RtStatus::kOk ? HAPTIC_OK : HAPTIC_ERROR_INTERNAL;
+}
+
+int haptic_core_release_part(haptic_core* core, uint32_t hand) {
+  const CoreCall call(core);
+  if (call.error() != HAPTIC_OK) return call.error();
+  if ((*call).parts == nullptr || hand != 0) return HAPTIC_ERROR_PART;
+  (*call).parts->hand.release();
+  return HAPTIC_OK;
+}
+
+int haptic_core_bodies(haptic_core* core, haptic_body* bodies, size_t capacity, size_t body_bytes,
+                       size_t* count) {
+  if (const int error = check_bodies(bodies, capacity, body_bytes, count); error != HAPTIC_OK)
+    return error;
+  const CoreCall call(core);
+  if (call.error() != HAPTIC_OK) return call.error();
+  const PartsOfCore* const parts = (*call).parts;
+  if (parts == nullptr) return HAPTIC_ERROR_PART;
+  *count = write_bodies(parts->scenes, parts->hand, (*call).held, {bodies, capacity});
   return HAPTIC_OK;
 }
 

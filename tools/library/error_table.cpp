@@ -20,8 +20,8 @@ constexpr std::array kErrors = {
     ErrorEntry{"HAPTIC_ERROR_CLOSED", "the handle has been closed; open another one"},
     ErrorEntry{"HAPTIC_ERROR_HANDLE", "the pointer is not a handle of this kind"},
     ErrorEntry{"HAPTIC_ERROR_BUSY",
-               "another thread is in a function of the same handle; use it from one thread at a "
-               "time"},
+               "another thread is in a function of the same handle, which is for one at a time; or "
+               "the hand has not yet let go of what it holds"},
     ErrorEntry{"HAPTIC_ERROR_NUMBER", "a number is not finite, or outside its range"},
     ErrorEntry{"HAPTIC_ERROR_POSE",
                "a pose is not finite, or its quaternion is not of unit length; give x y z and the "
@@ -39,6 +39,10 @@ constexpr std::array kErrors = {
                "a fault of the library; please report it with the input that led to it"},
     ErrorEntry{"HAPTIC_ERROR_NO_PLAN",
                "no way to the goal was found; the text says how far it got"},
+    ErrorEntry{
+        "HAPTIC_ERROR_PART",
+        "there is no such hand, or no such part that it may hold: a scene has parts where it "
+        "was compiled with [[part]] tables, or with fixed parts that may be held"},
 };
 static_assert(kErrors.size() == HAPTIC_ERROR_COUNT);
 

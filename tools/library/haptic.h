@@ -41,7 +41,8 @@ typedef enum haptic_error {
   HAPTIC_ERROR_VERSION = 3,  ///< struct_size is none that this library knows
   HAPTIC_ERROR_CLOSED = 4,   ///< the handle has been closed
   HAPTIC_ERROR_HANDLE = 5,   ///< the pointer is not a handle of this kind
-  HAPTIC_ERROR_BUSY = 6,     ///< another thread is in a function that needs the same
+  HAPTIC_ERROR_BUSY = 6,     ///< another thread is in a function that needs the same; or the hand
+                             ///< has not yet let go of what it holds
   HAPTIC_ERROR_NUMBER = 7,   ///< a number is not finite, or outside its range
   HAPTIC_ERROR_POSE = 8,     ///< a pose is not finite, or its quaternion not of unit length
   HAPTIC_ERROR_SCENE = 9,    ///< the bytes are no scene that this library can use: compile it again
@@ -52,7 +53,8 @@ typedef enum haptic_error {
   HAPTIC_ERROR_SYSTEM = 14,  ///< the operating system refused: threads, files
   HAPTIC_ERROR_INTERNAL = 15,  ///< a fault of this library; please report it with the input
   HAPTIC_ERROR_NO_PLAN = 16,   ///< no way to the goal was found, or there is none: see the text
-  HAPTIC_ERROR_COUNT = 17
+  HAPTIC_ERROR_PART = 17,      ///< there is no such hand, or no such part that it may hold
+  HAPTIC_ERROR_COUNT = 18
 } haptic_error;
 
 /// "0.1.0". Static storage. Any thread; constant cost.
@@ -203,6 +205,33 @@ HAPTIC_API int haptic_core_verdict(haptic_core* core, haptic_verdict* verdict);
 /// Cost: one pass over the memory.
 HAPTIC_API int haptic_core_reset(haptic_core* core);
 
+/// A part of a scene whose parts the hand holds one after another.
+typedef struct haptic_body {
+  double pose[7];    ///< of its mesh frame in W, where it is felt
+  uint32_t part;     ///< its number
+  uint32_t role;     ///< 1 never held, 2 held at the start, 3 may be held
+  uint32_t held_by;  ///< 0: no hand; 1: hand 0
+  uint32_t reserved;
+  char name[64];  ///< cut at 63 bytes
+} haptic_body;
+
+/// Hand 0 holds `part`, which it takes where the part is, with no force. HAPTIC_ERROR_BUSY: it
+/// lets go of what it holds first; step on, and call again until it is HAPTIC_OK: then the next
+/// step takes the part. The pose that a step is given stays that of the first part, whatever is
+/// held: each part is led by its own grip point as the first one is by its. Threads as
+/// haptic_core_step. Cost: one pass over the part's scene, outside of any step.
+HAPTIC_API int haptic_core_hold_part(haptic_core* core, uint32_t hand, uint32_t part);
+
+/// Hand 0 lets go: the wrench fades by the ramp of the clutch while the part stays. Threads as
+/// haptic_core_step; constant cost.
+HAPTIC_API int haptic_core_release_part(haptic_core* core, uint32_t hand);
+
+/// Where the parts are, by number, `capacity` of them at most; `*count` becomes how many there are.
+/// HAPTIC_ERROR_PART: the scene has one moving part. `body_bytes`: sizeof(haptic_body). Threads as
+/// haptic_core_step. Cost: one copy.
+HAPTIC_API int haptic_core_bodies(haptic_core* core, haptic_body* bodies, size_t capacity,
+                                  size_t body_bytes, size_t* count);
+
 /// The core is over: its memory may be used for something else. Until then every call gives
 /// HAPTIC_ERROR_CLOSED. Threads as haptic_core_step; constant cost.
 HAPTIC_API int haptic_core_close(haptic_core* core);
@@ -212,7 +241,8 @@ HAPTIC_API int haptic_core_close(haptic_core* core);
 /// One part: a mesh file, or arrays.
 typedef struct haptic_part {
   uint32_t struct_size;
-  uint32_t reserved;
+  uint32_t may_be_held;    ///< not 0, of a fixed part: the hand may hold it after the first, and it
+                           ///< stays where it is let go
   const char* file;        ///< path of an STL, OBJ or OFF file; null: the arrays are the mesh
   const char* name;        ///< for messages; null: the file's, or "moving", "fixed 0", ..
   const double* vertices;  ///< 3 for each vertex, in units of the file
@@ -471,6 +501,20 @@ HAPTIC_API int haptic_session_move_hand(haptic_session* session, const haptic_ha
 /// The hand holds or releases the deadman switch: `hold` is of haptic_hold. After a fault: release,
 /// then hold again. Threads and cost as haptic_session_move_hand.
 HAPTIC_API int haptic_session_hold(haptic_session* session, int hold);
+
+/// Hand 0 holds `part`: it lets go of what it holds, and takes the part where it is, with no force.
+/// Back when the hand is empty, the next tick takes the part. HAPTIC_ERROR_BUSY: it has not let go
+/// within 2 s, as the device gives no pose. Any thread. Cost: 50 ms of the clutch's ramp, and one
+/// pass over the part's scene.
+HAPTIC_API int haptic_session_hold_part(haptic_session* session, uint32_t hand, uint32_t part);
+
+/// Hand 0 lets go: the wrench fades by the ramp of the clutch while the part stays. Any thread;
+/// constant cost.
+HAPTIC_API int haptic_session_release_part(haptic_session* session, uint32_t hand);
+
+/// As haptic_core_bodies, after the newest tick. Any thread; a second one waits. Cost: one copy.
+HAPTIC_API int haptic_session_bodies(const haptic_session* session, haptic_body* bodies,
+                                     size_t capacity, size_t body_bytes, size_t* count);
 
 /// Where the fixed parts are: the pose in W of the frame in which the scene has them. They are
 /// moved by the caller: a robot, or a simulator.

@@ -131,6 +131,29 @@ int haptic_session_hold(haptic_session* session, int hold) {
   });
 }
 
+int haptic_session_hold_part(haptic_session* session, uint32_t hand, uint32_t part) {
+  if (const int error = check_open(session); error != HAPTIC_OK) return error;
+  if (hand != 0) return HAPTIC_ERROR_PART;
+  return guarded([&]() -> int { return session->loop.hold_part(part); });
+}
+
+int haptic_session_release_part(haptic_session* session, uint32_t hand) {
+  if (const int error = check_open(session); error != HAPTIC_OK) return error;
+  if (hand != 0) return HAPTIC_ERROR_PART;
+  return guarded([&]() -> int { return session->loop.release_part(); });
+}
+
+int haptic_session_bodies(const haptic_session* session, haptic_body* bodies, size_t capacity,
+                          size_t body_bytes, size_t* count) {
+  if (const int error = check_bodies(bodies, capacity, body_bytes, count); error != HAPTIC_OK)
+    return error;
+  if (const int error = check_handle(session); error != HAPTIC_OK) return error;
+  return guarded([&]() -> int {
+    *count = session->loop.bodies({bodies, capacity});
+    return *count > 0 ? HAPTIC_OK : HAPTIC_ERROR_PART;
+  });
+}
+
 int haptic_session_frame(haptic_session* session, const haptic_frame* frame) {
   if (const int error = check_structure(frame); error != HAPTIC_OK) return error;
   if (!is_within(frame->fastest_m_per_s, 0.001, 2) ||

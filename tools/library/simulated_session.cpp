@@ -12,13 +12,23 @@
 #include "tools/common/changed_scene.hpp"
 #include "tools/graph_compiler/coupling/served_size.hpp"
 #include "tools/graph_compiler/coupling/simulated_gains.hpp"
+#include "tools/graph_compiler/graph/part_tables.hpp"
 #include "tools/library/call.hpp"
 
 namespace haptic::tools {
 namespace {
 
-HapticCore* core_in(SceneBytes& memory, const SceneView& view) {
+std::unique_ptr<HeldParts> parts_in(const SceneView& view) {
+  std::unique_ptr<HeldParts> parts;
+  if (HeldParts::open(view, parts) != RtStatus::kOk)
+    throw std::logic_error("the parts of a scene that was opened are refused");
+  return parts;
+}
+
+/// Null: its parts have cores of their own.
+HapticCore* core_in(SceneBytes& memory, const SceneView& view, const HeldParts* parts) {
   HapticCore* core = nullptr;
+  if (parts != nullptr) return core;
   memory = SceneBytes(HapticCore::state_bytes(view));
   if (HapticCore::create(memory.span(), view, core) != RtStatus::kOk)
     throw std::logic_error("the core refuses a scene that was opened");
@@ -46,15 +56,24 @@ SceneBytes rendered_scene(std::span<const std::byte> scene, std::int64_t period_
   asked_nm_per_rad = p.law == LawId::kProxy ? p.coupling.k_r_nm_per_rad : 0.0;
   const double period_s = 1e-9 * static_cast<double>(period_ns);
   const SimulatedLoop loop{held_peer(kPeerLatePeriods * period_s), 1 / period_s, false};
-  const auto gains = simulated_gains(p, served_size(view).radius_m, loop);
-  if (!gains) return bytes;
-  lowered = gains->text;
-  return changed_scene(view, [&](SceneParameters& changed) { gains->put(changed); });
+  SceneBytes held = with_changed(view, [&](const SceneView& of) {
+    const auto gains = simulated_gains(of.parameters(), served_size(of).radius_m, loop);
+    if (!gains) return SceneBytes(of.blob());
+    if (lowered.empty()) lowered = gains->text;
+    return changed_scene(of, [&](SceneParameters& changed) { gains->put(changed); });
+  });
+  return lowered.empty() ? std::move(bytes) : std::move(held);
 }
 
 std::size_t recorded_ticks(const SessionSettings& settings) {
   return static_cast<std::size_t>(
       std::ceil(1e9 * settings.history_s / static_cast<double>(settings.period_ns)));
+}
+
+ServoTick tick_over(HapticCore* core, HeldParts* parts, const SceneView& view,
+                    const ServoParameters& parameters, FlightRecorder& recorder) {
+  if (parts != nullptr) return ServoTick(parts->hand, parameters, &recorder);
+  return ServoTick(*core, parameters, view.header().capacity, &recorder);
 }
 
 /// The handle's origin and axes are the part's where the scene has it start.
@@ -152,13 +171,14 @@ SimulatedSession::SimulatedSession(std::span<const std::byte> scene,
           rendered_scene(scene, settings.period_ns, asked_n_per_m_, asked_nm_per_rad_, lowered_)),
       history_memory_(FlightRecorder::bytes_for(recorded_ticks(settings))),
       view_(view_of(scene_)),
-      core_(core_in(core_memory_, view_)),
+      parts_(parts_in(view_)),
+      core_(core_in(core_memory_, view_, parts_.get())),
       parameters_(servo_parameters(view_, driver_, settings.period_ns)),
       peer_(SimulatedPeerSettings{settings.period_ns, parameters_.switches.deadman}, hand_),
       link_(driver_, mailbox_, peer_, link_settings(parameters_)),
       link_thread_(link_, thread_settings(settings)),
       recorder_(history_memory_.span()),
-      tick_(*core_, parameters_, view_.header().capacity, &recorder_),
+      tick_(tick_over(core_, parts_.get(), view_, parameters_, recorder_)),
       loop_(tick_, mailbox_, loop_settings(settings, frames_)),
       judge_(view_) {
   loop_.watch(&SimulatedSession::watch, this);
@@ -215,7 +235,8 @@ void SimulatedSession::watch(void* self, const ServoInput& input, const ServoRes
 // On the servo thread. The counters of the loop are those of the tick before.
 void SimulatedSession::note(const ServoInput& input, const ServoResult& result) noexcept {
   if (result.rendered_new) judge_.take(result.rendered);
-  NewestTick record{HAPTIC_STATE_INIT, judge_.verdict()};
+  NewestTick record{HAPTIC_STATE_INIT, judge_.verdict(), {}};
+  if (parts_ != nullptr) record.held.hold = hold_of(parts_->hand);
   haptic_state& s = record.state;
   const StepResult& rendered = result.rendered;
   const hal::ServoLoopCounters& counters = loop_.counters();
@@ -226,6 +247,8 @@ void SimulatedSession::note(const ServoInput& input, const ServoResult& result) 
   const Pose& frame = result.frame_wf;
   const Pose& felt = rendered.proxy_pose_wa;
   write_numbers(Pose{frame.p_wa + frame.q_wa * felt.p_wa, frame.q_wa * felt.q_wa}, s.felt_pose);
+  std::copy_n(s.felt_pose, 7, record.held.felt_pose);
+  write_numbers(frame, record.held.frame_pose);
   write_numbers(
       Wrench{frame.q_wa * rendered.wrench_w.force_w, frame.q_wa * rendered.wrench_w.torque_w},
       s.wrench);
@@ -264,6 +287,51 @@ void SimulatedSession::gains(haptic_gains& gains) const noexcept {
   gains.asked_n_per_m = asked_n_per_m_;
   gains.asked_nm_per_rad = asked_nm_per_rad_;
   lowered_.copy(gains.text, sizeof gains.text - 1);
+}
+
+int SimulatedSession::hold_part(std::uint32_t part) {
+  if (parts_ == nullptr || part >= parts_->scenes.count() || !parts_->scenes.may_be_held(part))
+    return HAPTIC_ERROR_PART;
+  constexpr std::int64_t kLongestRamp_ns = 2'000'000'000;
+  const std::int64_t until_ns = hal::monotonic_ns() + kLongestRamp_ns;
+  while (true) {
+    if (const int error = go_on_to(part); error != HAPTIC_ERROR_BUSY) return error;
+    if (closed() || hal::monotonic_ns() >= until_ns) return HAPTIC_ERROR_BUSY;
+    (void)hal::sleep_until(hal::monotonic_ns() + settings_.period_ns);
+  }
+}
+
+/// What can be done now on the way to holding `part`. HAPTIC_ERROR_BUSY: it is not all.
+int SimulatedSession::go_on_to(std::uint32_t part) {
+  const std::lock_guard lock(part_mutex_);
+  PartHand& hand = parts_->hand;
+  switch (hand.phase()) {
+    case PartHand::Phase::kEmpty:
+      // Its scene was opened before, and a pose that was felt is a pose.
+      return hand.prepare(part) == RtStatus::kOk ? HAPTIC_OK : HAPTIC_ERROR_INTERNAL;
+    case PartHand::Phase::kHolding:
+      if (hand.part() == part) return HAPTIC_OK;
+      hand.release();
+      break;
+    case PartHand::Phase::kLettingGo:
+    case PartHand::Phase::kPrepared:
+      break;
+  }
+  return HAPTIC_ERROR_BUSY;
+}
+
+int SimulatedSession::release_part() {
+  if (parts_ == nullptr) return HAPTIC_ERROR_PART;
+  const std::lock_guard lock(part_mutex_);
+  parts_->hand.release();
+  return HAPTIC_OK;
+}
+
+std::size_t SimulatedSession::bodies(std::span<haptic_body> bodies) const {
+  if (parts_ == nullptr) return 0;
+  const std::lock_guard lock(part_mutex_);
+  NewestReader<NewestTick> reader(newest_);
+  return write_bodies(parts_->scenes, parts_->hand, reader.newest().held, bodies);
 }
 
 SessionVerdict SimulatedSession::verdict() const noexcept {

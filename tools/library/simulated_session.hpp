@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <span>
 #include <string>
@@ -17,7 +18,9 @@
 #include "hal/usb/usb_thread.hpp"
 #include "rt_core/exchange/newest_record.hpp"
 #include "rt_core/servo_tick.hpp"
+#include "tools/common/held_parts.hpp"
 #include "tools/common/scene_bytes.hpp"
+#include "tools/library/bodies.hpp"
 #include "tools/library/haptic.h"
 #include "tools/run_device/simulated_peer.hpp"
 #include "tools/verdict/session_judge.hpp"
@@ -91,6 +94,14 @@ class SimulatedSession {
   /// `pose`: of A in W. @return the number of the goal.
   std::uint64_t move_hand(const double* pose, double seconds) noexcept;
   void hold(haptic_hold hold) noexcept;
+  /// Lets go of what is held and waits until the hand is empty, 2 s at most; the next tick takes
+  /// `part`. HAPTIC_OK; HAPTIC_ERROR_PART; HAPTIC_ERROR_BUSY: it has not let go. Any thread.
+  [[nodiscard]] int hold_part(std::uint32_t part);
+  /// Any thread.
+  [[nodiscard]] int release_part();
+  /// As many as there is room for. @return how many there are; 0: the scene has one moving part.
+  /// Any thread.
+  [[nodiscard]] std::size_t bodies(std::span<haptic_body> bodies) const;
   /// The fixed parts are there; a pose that is none takes the force away.
   void move_fixed(const haptic_frame& frame) noexcept;
   /// Any thread.
@@ -104,9 +115,11 @@ class SimulatedSession {
   struct NewestTick {
     haptic_state state;
     SessionVerdict verdict;
+    HeldNow held;
   };
   static_assert(sizeof(NewestTick) % sizeof(RecordWord) == 0);
 
+  [[nodiscard]] int go_on_to(std::uint32_t part);
   static void watch(void* self, const ServoInput& input, const ServoResult& result);
   void note(const ServoInput& input, const ServoResult& result) noexcept;
 
@@ -115,7 +128,9 @@ class SimulatedSession {
   std::string lowered_;  ///< why less is rendered; empty: it is rendered
   SceneBytes scene_, core_memory_, history_memory_;
   SceneView view_;
-  HapticCore* core_ = nullptr;
+  std::unique_ptr<HeldParts> parts_;  ///< null: the scene has one moving part
+  HapticCore* core_ = nullptr;        ///< null: the scene has parts
+  mutable std::mutex part_mutex_;     ///< of their hand, between ticks
   hal::ReferenceDriver driver_;
   ServoParameters parameters_;
   hal::MailboxMemory mailbox_;

@@ -58,8 +58,7 @@ std::span<const std::byte> block_scene() {
 
 void CoreBench::Free::operator()(void* p) const { std::free(p); }
 
-CoreBench::CoreBench() {
-  const std::span<const std::byte> scene = block_scene();
+CoreBench::CoreBench(std::span<const std::byte> scene) {
   haptic_scene_info info = HAPTIC_SCENE_INFO_INIT;
   REQUIRE(haptic_scene_read(scene.data(), scene.size(), &info) == HAPTIC_OK);
   const std::size_t bytes = (info.memory_bytes + 63) / 64 * 64;

@@ -41,7 +41,7 @@ using CompiledHandle = std::unique_ptr<haptic_compiled, FreeCompiled>;
 /// A core for it, and its memory.
 class CoreBench {
  public:
-  CoreBench();
+  explicit CoreBench(std::span<const std::byte> scene = block_scene());
   [[nodiscard]] haptic_core* core() const { return core_; }
 
  private:

@@ -6,7 +6,6 @@
 #include <string>
 #include <utility>
 
-#include "tools/common/changed_scene.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/graph/scene_tables.hpp"
@@ -64,14 +63,13 @@ std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
   return whole;
 }
 
-SceneBytes changed_parts(std::span<const std::byte> scene,
-                         const std::function<void(SceneParameters&)>& change) {
-  SceneView view;
+SceneBytes with_changed(const SceneView& scene,
+                        const std::function<SceneBytes(const SceneView&)>& changed) {
   PartScenes scenes;
-  RtStatus status = SceneView::open(scene, view);
-  if (status == RtStatus::kOk) status = PartScenes::open(view, scenes);
-  if (status != RtStatus::kOk)
+  if (const RtStatus status = PartScenes::open(scene, scenes); status != RtStatus::kOk)
     throw InputError(std::string("the parts of the scene are refused: ") + to_text(status));
+  SceneBytes around = changed(scene);
+  if (scenes.count() == 0) return around;
   std::vector<HeldPart> parts;
   for (std::uint32_t k = 0; k < scenes.count(); ++k) {
     HeldPart part{scenes[k].role, scenes.start_of(k), {}, {}};
@@ -79,13 +77,13 @@ SceneBytes changed_parts(std::span<const std::byte> scene,
       SceneView held;
       if (SceneView::open(scenes.scene_of(k), held) != RtStatus::kOk)
         throw std::logic_error("a part's scene has opened before");
-      const SceneBytes changed = changed_scene(held, change);
-      part.scene.assign(changed.span().begin(), changed.span().end());
+      const SceneBytes inside = changed(held);
+      part.scene.assign(inside.span().begin(), inside.span().end());
       part.others.assign(scenes.others_of(k).begin(), scenes.others_of(k).end());
     }
     parts.push_back(std::move(part));
   }
-  return SceneBytes{with_parts({scene.begin(), scene.end()}, parts)};
+  return SceneBytes{with_parts({around.span().begin(), around.span().end()}, parts)};
 }
 
 }  // namespace haptic::tools

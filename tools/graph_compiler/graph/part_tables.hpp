@@ -26,9 +26,9 @@ struct HeldPart {
 std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
                                   const std::vector<HeldPart>& parts);
 
-/// A scene with parts of which `change` has changed the parameters of the scene around already,
-/// with those of the scenes inside changed too. @throws InputError as changed_scene.
-SceneBytes changed_parts(std::span<const std::byte> scene,
-                         const std::function<void(SceneParameters&)>& change);
+/// `scene`, and in it the scene of each of its parts, as `changed` makes each of them.
+/// @throws InputError when the core refuses what comes of it.
+SceneBytes with_changed(const SceneView& scene,
+                        const std::function<SceneBytes(const SceneView&)>& changed);
 
 }  // namespace haptic::tools

@@ -47,10 +47,11 @@ static void box(double x, double y, double z, double* vertices) {
   }
 }
 
-// The block's underside is 20 mm above the plate.
-static haptic_compiled* compile(void) {
+// The block's underside is 20 mm above the plate. With `other` a second block stands on the plate, 30 mm beside it, which
+// the hand may hold after the first.
+static haptic_compiled* compile(int other) {
   static double block[24], plate[24];
-  haptic_part moving = HAPTIC_PART_INIT, fixed = HAPTIC_PART_INIT;
+  haptic_part moving = HAPTIC_PART_INIT, fixed[2] = {HAPTIC_PART_INIT, HAPTIC_PART_INIT};
   haptic_compile_input input = HAPTIC_COMPILE_INPUT_INIT;
   haptic_compiled* compiled = NULL;
   box(10, 10, 10, block);
@@ -60,13 +61,17 @@ static haptic_compiled* compile(void) {
   moving.triangles = kTriangles;
   moving.triangle_count = 12;
   moving.scale_to_m = 0.001;
-  fixed = moving;
-  fixed.vertices = plate;
+  fixed[0] = fixed[1] = moving;
+  fixed[0].vertices = plate;
+  fixed[1].name = "other";
+  fixed[1].may_be_held = 1;
+  fixed[1].pose[0] = 0.030;
+  fixed[1].pose[2] = 0.0151;
   moving.pose[2] = 0.035;
-  input.name = "block on plate";
+  input.name = other ? "blocks on plate" : "block on plate";
   input.moving = &moving;
-  input.fixed = &fixed;
-  input.fixed_count = 1;
+  input.fixed = fixed;
+  input.fixed_count = other ? 2 : 1;
   input.stiffness_n_per_m = 500;
   input.friction = 0.2;
   REQUIRE(haptic_compile(&input, &compiled));
@@ -199,6 +204,53 @@ static void move_plate(haptic_session* session) {
   EXPECT(fabs(state.felt_pose[2] - 0.017) < 0.0005);
 }
 
+// The hand lays the first block down and takes the other.
+static void hold_parts(void) {
+  haptic_scene_info info = HAPTIC_SCENE_INFO_INIT;
+  haptic_step_input input = HAPTIC_STEP_INPUT_INIT;
+  haptic_step_output output = HAPTIC_STEP_OUTPUT_INIT;
+  haptic_session_options options = HAPTIC_SESSION_OPTIONS_INIT;
+  haptic_compiled* compiled = compile(1);
+  haptic_core* core = NULL;
+  haptic_session* session = NULL;
+  haptic_body bodies[3];
+  const void* scene = NULL;
+  void* memory;
+  size_t scene_bytes = 0, count = 0;
+  int k, error;
+  REQUIRE(haptic_compiled_bytes(compiled, &scene, &scene_bytes));
+  REQUIRE(haptic_scene_read(scene, scene_bytes, &info));
+  memory = aligned(info.memory_bytes);
+  REQUIRE(haptic_core_create(scene, scene_bytes, memory, info.memory_bytes, &core));
+  memcpy(input.pose, info.start_pose, sizeof input.pose);
+  for (k = 0; k < 300; ++k) {
+    input.time_s = 0.001 * k;
+    input.pose[2] -= 1e-4;
+    REQUIRE(haptic_core_step(core, &input, &output));
+  }
+  while ((error = haptic_core_hold_part(core, 0, 2)) == HAPTIC_ERROR_BUSY) {  // it lets go first
+    input.time_s = 0.001 * k++;
+    REQUIRE(haptic_core_step(core, &input, &output));
+  }
+  REQUIRE(error);
+  input.time_s = 0.001 * k;
+  REQUIRE(haptic_core_step(core, &input, &output));
+  REQUIRE(haptic_core_bodies(core, bodies, 3, sizeof bodies[0], &count));
+  EXPECT(count == 3 && bodies[2].held_by == 1 && fabs(bodies[0].pose[2] - 0.015) < 1e-4);
+  printf("core: holds '%s' after %d ticks, %.3f N\n", bodies[2].name, k, output.wrench[2]);
+  REQUIRE(haptic_core_release_part(core, 0));
+  REQUIRE(haptic_core_close(core));
+  free(memory);
+
+  REQUIRE(haptic_session_open(scene, scene_bytes, &options, &session));
+  REQUIRE(haptic_session_hold_part(session, 0, 2));
+  REQUIRE(haptic_session_release_part(session, 0));
+  REQUIRE(haptic_session_bodies(session, bodies, 3, sizeof bodies[0], &count));
+  EXPECT(count == 3 && fabs(bodies[2].pose[2] - 0.0151) < 1e-4);
+  REQUIRE(haptic_session_free(&session));
+  REQUIRE(haptic_compiled_free(&compiled));
+}
+
 static void run_session(const void* scene, size_t scene_bytes) {
   haptic_session_options options = HAPTIC_SESSION_OPTIONS_INIT;
   haptic_hand_goal goal = HAPTIC_HAND_GOAL_INIT;
@@ -242,13 +294,14 @@ static void run_session(const void* scene, size_t scene_bytes) {
 int main(void) {
   const void* scene = NULL;
   size_t scene_bytes = 0;
-  haptic_compiled* compiled = compile();
+  haptic_compiled* compiled = compile(0);
   printf("haptic %s\n", haptic_version());
   explain(compiled);
   REQUIRE(haptic_compiled_bytes(compiled, &scene, &scene_bytes));
   plan(scene, scene_bytes);
   run_core(scene, scene_bytes);
   run_session(scene, scene_bytes);
+  hold_parts();
   REQUIRE(haptic_compiled_free(&compiled));
   compile_nothing();
   return 0;
