@@ -33,6 +33,74 @@ def block_scene():
     )
 
 
+def two_blocks():
+    return haptic.compile(
+        [
+            haptic.Part(box(100, 100, 10), role="fixed", name="plate"),
+            haptic.Part(box(20, 20, 20), role="hand", name="block", at=(0, 0, 0.035)),
+            haptic.Part(box(20, 20, 20), role="placed", name="other", at=(0.03, 0, 0.0151)),
+        ],
+        unit="mm",
+        stiffness=500,
+    )
+
+
+class Parts(unittest.TestCase):
+    def test_a_core_holds_one_after_another(self):
+        core = two_blocks().core()
+        ticks = 0
+
+        def step(x, z):
+            nonlocal ticks
+            ticks += 1
+            return core.step((x, 0, z), 0.001 * ticks)
+
+        for z in np.linspace(0.035, 0.010, 300):
+            pressed = step(0, z)
+        self.assertAlmostEqual(pressed.force[2], 2.5, delta=0.05)
+        while not core.hold("other"):
+            let_go = step(0, 0.010)
+        self.assertEqual(let_go.force[2], 0)
+        step(0, 0.010)
+        self.assertEqual([b.name for b in core.bodies.values() if b.held], ["other"])
+        for z in np.linspace(0.010, 0.030, 300):
+            step(0, z)
+        self.assertAlmostEqual(core.bodies["other"].pose[2], 0.0351, delta=1e-5)
+        self.assertAlmostEqual(core.bodies["block"].pose[2], 0.015, delta=1e-5)
+        core.release()
+        for _ in range(100):
+            step(0, 0.030)
+        self.assertFalse(any(b.held for b in core.bodies.values()))
+
+    def test_a_session_holds_one_after_another(self):
+        with haptic.Session(two_blocks()) as s:
+            s.hand.move_to(z=0.010, seconds=0.3)
+            s.hold("other")
+            s.hand.move_to(z=0.030, seconds=0.3)
+            s.release()
+            self.assertAlmostEqual(s.bodies["block"].pose[2], 0.015, delta=2e-5)
+            self.assertGreater(s.bodies["other"].pose[2], 0.025)
+            self.assertFalse(any(b.held for b in s.bodies.values()))
+
+    def test_what_cannot_be_held_or_meant(self):
+        core = two_blocks().core()
+        for name in ("plate", "nut"):
+            with self.assertRaisesRegex(ValueError, "those are: block, other"):
+                core.hold(name)
+        with self.assertRaisesRegex(ValueError, "one moving part"):
+            block_scene().core().hold("block")
+        self.assertEqual(block_scene().core().bodies, {})
+        part = haptic.Part
+        for parts, text in (
+            ([part(box(1, 1, 1), role="hand")], "two at least"),
+            ([part(box(1, 1, 1), role="hand"), part(box(1, 1, 1), role="hand")], "two parts have the role"),
+            ([part(box(1, 1, 1), role="fixed"), part(box(1, 1, 1), role="placed")], "no part has the role"),
+            ([part(box(1, 1, 1), role="hand"), part(box(1, 1, 1), role="loose")], "role 'loose' is none"),
+        ):
+            with self.assertRaisesRegex(ValueError, text):
+                haptic.compile(parts, unit="m")
+
+
 class Compile(unittest.TestCase):
     def test_a_refusal_carries_file_place_cause_and_remedy(self):
         vertices, triangles = box(20, 20, 20)

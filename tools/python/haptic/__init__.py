@@ -18,12 +18,13 @@ by the system's loader.
 
 from ._library import HapticError, Message, version
 from .planning import Plan, PlanError, plan
-from .scene import CompileError, Core, Part, Replay, Scene, StepResult, Verdict, compile
+from .scene import Body, CompileError, Core, Part, Replay, Scene, StepResult, Verdict, compile
 from .session import FAULT_FRAME, Hand, Session, State
 
 __version__ = version()
 __all__ = [
     "FAULT_FRAME",
+    "Body",
     "CompileError",
     "Core",
     "Hand",

@@ -22,7 +22,8 @@ from dataclasses import dataclass
 from typing import Any, Sequence
 
 ALIGNMENT = 64
-OK, CLOSED, POSE, INPUT, INTERNAL = 0, 4, 8, 11, 15
+OK, CLOSED, BUSY, POSE, INPUT, INTERNAL, NO_PART = 0, 4, 6, 8, 11, 15, 17
+MOST_PARTS = 64  #: of a scene whose parts the hand holds one after another
 RELEASE, HOLD, HOLD_AGAIN = 0, 1, 2
 
 
@@ -117,7 +118,7 @@ class ReplayCall(_Sized):
 class PartInput(_Sized):
     _fields_ = [
         ("struct_size", c_uint32),
-        ("reserved", c_uint32),
+        ("may_be_held", c_uint32),
         ("file", c_char_p),
         ("name", c_char_p),
         ("vertices", c_void_p),
@@ -255,6 +256,17 @@ class Frame(_Sized):
     ]
 
 
+class BodyOutput(Structure):
+    _fields_ = [
+        ("pose", c_double * 7),
+        ("part", c_uint32),
+        ("role", c_uint32),
+        ("held_by", c_uint32),
+        ("reserved", c_uint32),
+        ("name", c_char * 64),
+    ]
+
+
 _HANDLE, _OUT = c_void_p, POINTER(c_void_p)
 _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_version": (c_char_p, []),
@@ -266,6 +278,9 @@ _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_core_replay": (c_int, [_HANDLE, POINTER(ReplayCall)]),
     "haptic_core_verdict": (c_int, [_HANDLE, POINTER(VerdictOutput)]),
     "haptic_core_reset": (c_int, [_HANDLE]),
+    "haptic_core_hold_part": (c_int, [_HANDLE, c_uint32, c_uint32]),
+    "haptic_core_release_part": (c_int, [_HANDLE, c_uint32]),
+    "haptic_core_bodies": (c_int, [_HANDLE, POINTER(BodyOutput), c_size_t, c_size_t, POINTER(c_size_t)]),
     "haptic_core_close": (c_int, [_HANDLE]),
     "haptic_compile": (c_int, [POINTER(CompileInput), _OUT]),
     "haptic_compiled_bytes": (c_int, [_HANDLE, _OUT, POINTER(c_size_t)]),
@@ -287,6 +302,9 @@ _CALLS: dict[str, tuple[Any, list[Any]]] = {
     ),
     "haptic_session_move_hand": (c_int, [_HANDLE, POINTER(HandGoal), POINTER(c_uint64)]),
     "haptic_session_hold": (c_int, [_HANDLE, c_int]),
+    "haptic_session_hold_part": (c_int, [_HANDLE, c_uint32, c_uint32]),
+    "haptic_session_release_part": (c_int, [_HANDLE, c_uint32]),
+    "haptic_session_bodies": (c_int, [_HANDLE, POINTER(BodyOutput), c_size_t, c_size_t, POINTER(c_size_t)]),
     "haptic_session_frame": (c_int, [_HANDLE, POINTER(Frame)]),
     "haptic_session_stop": (c_int, [_HANDLE]),
     "haptic_session_close": (c_int, [_HANDLE]),

@@ -6,7 +6,7 @@ from __future__ import annotations
 import ctypes
 import os
 from dataclasses import dataclass
-from typing import Any, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -40,7 +40,8 @@ class Part:
     mesh: path of an STL, OBJ or OFF file, or arrays (vertices n x 3, triangles m x 3, counter-clockwise seen from
     outside). unit: "m", "cm", "mm", "um", "inch", or metres per unit; None: that of `compile`. at, turn: position [m]
     and quaternion x y z w of the mesh frame in W. simplify: bevels, fillets and small rounds below this [m] are removed.
-    name: for messages.
+    name: for messages. role: "hand" (held at the start), "placed" (may be held after it, and stays where it is let go) or
+    "fixed" (never held); None: by its place in the call.
     """
 
     mesh: Mesh
@@ -49,6 +50,58 @@ class Part:
     turn: Sequence[float] = (0.0, 0.0, 0.0, 1.0)
     simplify: float = 0.0
     name: str = ""
+    role: Optional[str] = None
+
+
+ROLES = ("", "fixed", "hand", "placed")
+
+
+@dataclass(frozen=True)
+class Body:
+    """A part of a scene whose parts the hand holds one after another."""
+
+    name: str
+    role: str  #: as it was compiled
+    pose: Array  #: of its mesh frame in W, where it is felt
+    held: bool  #: by the hand, now
+
+
+def bodies_of(call: Any, handle: ctypes.c_void_p) -> Dict[str, Body]:
+    """What haptic_core_bodies or haptic_session_bodies says, by name."""
+    given = (c.BodyOutput * c.MOST_PARTS)()
+    count = ctypes.c_size_t()
+    error = call(handle, given, c.MOST_PARTS, ctypes.sizeof(c.BodyOutput), ctypes.byref(count))
+    if error == c.NO_PART:
+        return {}
+    c.require(error)
+    bodies = {}
+    for b in given[: count.value]:
+        name = b.name.decode(errors="replace")
+        bodies[name] = Body(name, ROLES[b.role], np.array(b.pose), b.held_by != 0)
+    return bodies
+
+
+def part_of(bodies: Dict[str, Body], name: str) -> int:
+    """The number of a part that the hand may hold. Raises ValueError with the names of those that it may."""
+    for number, body in enumerate(bodies.values()):
+        if body.name == name and body.role != "fixed":
+            return number
+    names = ", ".join(b.name for b in bodies.values() if b.role != "fixed")
+    raise ValueError(f"no part '{name}' may be held; " + (f"those are: {names}" if names else "the scene has one moving part"))
+
+
+def _by_role(parts: Sequence[Part]) -> List[Part]:
+    """The part with the hand's role first."""
+    unknown = [part.role for part in parts if part.role not in (None, "hand", "placed", "fixed")]
+    if unknown:
+        raise ValueError(f"role '{unknown[0]}' is none of: hand, placed, fixed")
+    hands = [part for part in parts if part.role == "hand"]
+    if len(hands) > 1:
+        raise ValueError("two parts have the role \"hand\"; the hand holds one at a time")
+    if not hands and parts[0].role is not None:
+        raise ValueError("no part has the role \"hand\"; give it to the one that is held at first")
+    first = hands or [parts[0]]
+    return first + [part for part in parts if part is not first[0]]
 
 
 def _metres(unit: Union[str, float, None]) -> float:
@@ -76,6 +129,7 @@ def _part_input(part: Part, unit: Union[str, float, None], alive: list) -> c.Par
     given.scale_to_m = _metres(part.unit if part.unit is not None else unit)
     given.pose = (ctypes.c_double * 7)(*pose_of((*part.at, *part.turn)))
     given.simplify_m = part.simplify
+    given.may_be_held = 1 if part.role == "placed" else 0
     if part.name:
         given.name = part.name.encode()
     if isinstance(part.mesh, (str, os.PathLike)):
@@ -129,7 +183,7 @@ class _Compiled:
 
 
 def compile(  # noqa: A001
-    moving: Union[Mesh, Part],
+    moving: Union[Mesh, Part, List[Part]],
     *fixed: Union[Mesh, Part],
     unit: Union[str, float, None] = None,
     start: Optional[Sequence[float]] = None,
@@ -141,7 +195,8 @@ def compile(  # noqa: A001
 ) -> Scene:
     """Compiles a scene: the part in the hand, and one or more fixed parts.
 
-    compile("scene.toml") compiles a scene file; nothing else is given then.
+    compile("scene.toml") compiles a scene file; nothing else is given then. compile([Part(.., role="hand"),
+    Part(.., role="placed"), ..]) compiles parts that the hand holds one after another.
 
     unit: of meshes that have none of their own ("mm", "m", .. or metres per unit). start: where the part in the hand
     starts, 3 or 7 numbers; None: where its Part says. stiffness [N/m]: that the hand feels. friction: coefficient
@@ -152,6 +207,10 @@ def compile(  # noqa: A001
     """
     given = c.CompileInput()
     alive: list = []
+    if isinstance(moving, list):
+        if fixed or len(moving) < 2:
+            raise ValueError("give compile([part, part, ..]) with all parts in the list, two at least")
+        moving, *fixed = _by_role(moving)
     if not fixed:
         if not isinstance(moving, (str, os.PathLike)):
             raise ValueError("there is no fixed part; give compile(moving, fixed, ..)")
@@ -329,6 +388,28 @@ class Core:
             out.flags,
             out.state_hash,
         )
+
+    def hold(self, part: str) -> bool:
+        """The hand holds this part of the scene. False: it lets go of what it holds first; step on, and ask again.
+
+        True: the next step takes the part where it is, with no force. The pose that a step is given stays that of the first
+        part: each part is led by its own grip point as the first one is by its. Raises ValueError where no such part may
+        be held.
+        """
+        error = c.library.haptic_core_hold_part(self._handle, 0, part_of(self.bodies, part))
+        if error == c.BUSY:
+            return False
+        c.require(error)
+        return True
+
+    def release(self) -> None:
+        """The hand lets go: the force fades in some 50 ticks while the part stays."""
+        c.require(c.library.haptic_core_release_part(self._handle, 0))
+
+    @property
+    def bodies(self) -> Dict[str, Body]:
+        """Where the parts are, by name; empty for a scene of one moving part."""
+        return bodies_of(c.library.haptic_core_bodies, self._handle)
 
     def verdict(self) -> Verdict:
         """The judgement of all ticks since the core was made or reset."""

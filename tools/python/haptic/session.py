@@ -9,12 +9,12 @@ import time
 import warnings
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Optional, Sequence, Type, Union
+from typing import Any, Dict, Optional, Sequence, Type, Union
 
 import numpy as np
 
 from . import _library as c
-from .scene import SITUATIONS, Array, Scene, Verdict, pose_of, verdict_of
+from .scene import SITUATIONS, Array, Body, Scene, Verdict, bodies_of, part_of, pose_of, verdict_of
 
 ARMING = ("disarmed", "arming", "armed", "disarming", "faulted")
 LINK = ("absent", "starting", "ready")
@@ -219,6 +219,26 @@ class Session:
             )
         )
         return ticks[: count.value]
+
+    def hold(self, part: str) -> None:
+        """The hand holds this part of the scene: it lets go of what it holds, and takes the part where it is, with no force.
+
+        The next tick takes it. `hand.move_to` stays about the first part: each part is led by its own grip point as the
+        first one is by its. Raises ValueError where no such part may be held, HapticError where the device gives no pose.
+        """
+        c.require(c.library.haptic_session_hold_part(self._handle, 0, part_of(self.bodies, part)))
+
+    def release(self, wait: bool = True) -> None:
+        """The hand lets go: the force fades in some 50 ticks while the part stays. wait: until it has, 2 s at most."""
+        c.require(c.library.haptic_session_release_part(self._handle, 0))
+        until = time.monotonic() + 2.0
+        while wait and any(body.held for body in self.bodies.values()) and time.monotonic() < until:
+            time.sleep(0.002)
+
+    @property
+    def bodies(self) -> Dict[str, Body]:
+        """Where the parts are, by name; empty for a scene of one moving part."""
+        return bodies_of(c.library.haptic_session_bodies, self._handle)
 
     def move_fixed(
         self,
