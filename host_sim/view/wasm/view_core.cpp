@@ -88,53 +88,115 @@ void ViewCore::Free::operator()(std::byte* bytes) const noexcept { std::free(byt
 
 RtStatus ViewCore::open(std::span<const std::byte> blob) {
   core_ = nullptr;
+  parts_.reset();
   const RtStatus opened = SceneView::open(blob, view_);
   if (opened != RtStatus::kOk) return opened;
+  const RtStatus created = create();
+  if (created != RtStatus::kOk) return created;
+  legs_ = tools::GuideLegs(view_);
+  judge_ = tools::SessionJudge(view_);
+  scene = {};
+  show_scene();
+  input = {};
+  result = {};
+  std::copy_n(scene.start_p_wa_m, 3, input.p_wa_m);
+  std::copy_n(scene.start_q_wa_xyzw, 4, input.q_wa_xyzw);
+  return RtStatus::kOk;
+}
+
+/// The core, or those of the parts.
+RtStatus ViewCore::create() {
+  const RtStatus opened = tools::HeldParts::open(view_, parts_);
+  if (opened != RtStatus::kOk) return opened;
+  if (parts_ != nullptr) {
+    state_ = parts_->state[0].span();
+    core_ = &parts_->hand.core();
+    shown_ = &parts_->hand.scene();
+    return RtStatus::kOk;
+  }
+  shown_ = &view_;
   const std::size_t bytes =
       (HapticCore::state_bytes(view_) + kStateAlignment - 1) / kStateAlignment * kStateAlignment;
   memory_.reset(static_cast<std::byte*>(std::aligned_alloc(kStateAlignment, bytes)));
   if (memory_ == nullptr) return RtStatus::kMemoryTooSmall;
   std::memset(memory_.get(), 0, bytes);
   state_ = {memory_.get(), bytes};
-  const RtStatus created = HapticCore::create(state_, view_, core_);
-  if (created != RtStatus::kOk) return created;
+  return HapticCore::create(state_, view_, core_);
+}
 
-  const SceneParameters& p = view_.parameters();
-  scene = {};
+/// Facts and room for the scene that is shown.
+void ViewCore::show_scene() {
+  const SceneParameters& p = shown_->parameters();
   scene.k_t_n_per_m = p.coupling.k_t_n_per_m;
   scene.k_r_nm_per_rad = p.coupling.k_r_nm_per_rad;
   scene.damping_ns_per_m = p.coupling.damping_ns_per_m;
   scene.k_f_n_per_m = p.k_f_n_per_m;
-  std::copy_n(p.start_p_wa_m, 3, scene.start_p_wa_m);
-  std::copy_n(p.start_q_wa_xyzw, 4, scene.start_q_wa_xyzw);
-  std::copy_n(view_.bodies()[0].reference_m, 3, scene.grip_a_m);
+  std::copy_n(view_.parameters().start_p_wa_m, 3, scene.start_p_wa_m);
+  std::copy_n(view_.parameters().start_q_wa_xyzw, 4, scene.start_q_wa_xyzw);
+  std::copy_n(shown_->bodies()[0].reference_m, 3, scene.grip_a_m);
   scene.rate_hz = p.rate_hz;
   scene.epsilon_m = p.epsilon_m;
   scene.max_force_n = p.coupling.max_pull_n;
   scene.max_torque_nm = p.coupling.max_turn_nm;
   scene.content_hash = view_.header().content_hash;
-  scene.state_bytes = bytes;
+  scene.state_bytes = state_.size();
   scene.law = static_cast<std::uint32_t>(p.law);
-  scene.piece_count = static_cast<std::uint32_t>(view_.pieces().size());
-  scene.pair_count = static_cast<std::uint32_t>(std::min<PairIndex>(view_.pair_count(), kNone));
-  scene.body_count = static_cast<std::uint32_t>(view_.bodies().size());
+  scene.piece_count = static_cast<std::uint32_t>(shown_->pieces().size());
+  scene.pair_count = static_cast<std::uint32_t>(std::min<PairIndex>(shown_->pair_count(), kNone));
+  scene.body_count = static_cast<std::uint32_t>(shown_->bodies().size());
   scene.work_units = p.work_units;
-  scene.max_work_units = view_.header().capacity.max_work_units;
+  scene.max_work_units = shown_->header().capacity.max_work_units;
   scene.scalar_bytes = sizeof(Real);
-  legs_ = tools::GuideLegs(view_);
-  judge_ = tools::SessionJudge(view_);
 
-  const std::uint32_t room = view_.header().capacity.largest_near;
+  const std::uint32_t room = shown_->header().capacity.largest_near;
   corners_.resize(room);
   ids_.resize(room);
   contact_.polygon_w = BoundedList<Vec3>(corners_);
   contact_.ids = BoundedList<ContactId>(ids_);
   nearby_.reset();
-  input = {};
-  result = {};
-  std::copy_n(scene.start_p_wa_m, 3, input.p_wa_m);
-  std::copy_n(scene.start_q_wa_xyzw, 4, input.q_wa_xyzw);
-  return RtStatus::kOk;
+}
+
+std::uint32_t ViewCore::hold(std::uint32_t part) {
+  answer.clear();
+  if (parts_ == nullptr || part >= parts_->scenes.count() || !parts_->scenes.may_be_held(part))
+    return kHoldRefused;
+  PartHand& hand = parts_->hand;
+  hand.release();
+  if (hand.phase() != PartHand::Phase::kEmpty) return kHoldWaits;
+  // Its scene was opened before, and a pose that was felt is a pose.
+  SceneView held;
+  if (SceneView::open(parts_->scenes.scene_of(part), held) != RtStatus::kOk ||
+      hand.prepare(part) != RtStatus::kOk)
+    return kHoldRefused;
+  const PartPlace& place = hand.places()[part];
+  Pose lead;
+  lead.p_wa = vector_in(place.p_wa_m);
+  lead.q_wa = Quat(static_cast<Real>(place.q_wa_xyzw[3]), static_cast<Real>(place.q_wa_xyzw[0]),
+                   static_cast<Real>(place.q_wa_xyzw[1]), static_cast<Real>(place.q_wa_xyzw[2]));
+  lead.p_wa += lead.q_wa *
+               (vector_in(held.bodies()[0].reference_m) - vector_in(view_.bodies()[0].reference_m));
+  for (int k = 0; k < 3; ++k) answer.numbers.push_back(static_cast<double>(lead.p_wa[k]));
+  for (int k = 0; k < 4; ++k) answer.numbers.push_back(place.q_wa_xyzw[k]);
+  return kHoldTakes;
+}
+
+void ViewCore::release() {
+  if (parts_ != nullptr) parts_->hand.release();
+}
+
+void ViewCore::describe_parts() {
+  answer.clear();
+  if (parts_ == nullptr) return;
+  const PartScenes& parts = parts_->scenes;
+  const PartHand& hand = parts_->hand;
+  const PartHand::Phase phase = hand.phase();
+  const bool holds = phase == PartHand::Phase::kHolding || phase == PartHand::Phase::kLettingGo;
+  answer.counts = {holds ? hand.part() : kNone, hand.part()};
+  for (std::uint32_t k = 0; k < parts.count(); ++k) {
+    answer.counts.push_back(parts.may_be_held(k) ? 1 : 0);
+    answer.text.append(parts.name(k)).append("\n");
+  }
+  for (const std::uint32_t other : parts.others_of(hand.part())) answer.counts.push_back(other);
 }
 
 void ViewCore::step() {
@@ -158,10 +220,15 @@ void ViewCore::step() {
   step.clutched = input.clutched != 0;
   step.switches = input.switches;
   step.report_goal_contact = input.report_goal_contact != 0;
-  const StepResult made = core_->step(step);
+  const StepResult made = parts_ != nullptr ? parts_->hand.step(step) : core_->step(step);
   judge_.take(made);
+  if (parts_ != nullptr && core_ != &parts_->hand.core()) {
+    core_ = &parts_->hand.core();
+    shown_ = &parts_->hand.scene();
+    show_scene();
+  }
   result = tools::record_of(input.sequence, 1e-9 * static_cast<double>(input.stamp_ns), made,
-                            view_.parameters().law, vector_in(scene.grip_a_m));
+                            shown_->parameters().law, vector_in(scene.grip_a_m));
   result.device_wa = step.pose_wa;
   result.felt_planes = core_->felt_contact().plane_count;
   result.felt_points = core_->felt_contact().point_count;
@@ -169,8 +236,13 @@ void ViewCore::step() {
 }
 
 void ViewCore::reset() {
-  core_->reset();
   result = {};
+  if (parts_ == nullptr) return core_->reset();
+  // Each part at its start; the memory is the same, so what was saved of the first part fits.
+  static_cast<void>(parts_->begin());
+  core_ = &parts_->hand.core();
+  shown_ = &parts_->hand.scene();
+  show_scene();
 }
 
 void ViewCore::describe_scene() {
@@ -179,7 +251,8 @@ void ViewCore::describe_scene() {
   const SceneParameters& p = view_.parameters();
   line(view_.text(p.name_offset, p.name_bytes));
   line(law_name(p.law));
-  for (const BodyRecord& body : view_.bodies()) line(view_.text(body.name_offset, body.name_bytes));
+  for (const BodyRecord& body : shown_->bodies())
+    line(shown_->text(body.name_offset, body.name_bytes));
 }
 
 void ViewCore::describe_guide() {
@@ -196,8 +269,8 @@ void ViewCore::describe_verdict() {
 
 void ViewCore::describe_pieces() {
   answer.clear();
-  for (std::uint32_t k = 0; k < view_.pieces().size(); ++k) {
-    const PieceView piece = view_.piece(k);
+  for (std::uint32_t k = 0; k < shown_->pieces().size(); ++k) {
+    const PieceView piece = shown_->piece(k);
     const std::uint32_t body = piece.record->body;
     answer.counts.insert(answer.counts.end(), {body, piece.vertex_count, piece.face_count});
     for (std::uint32_t f = 0; f < piece.face_count; ++f) {
@@ -207,7 +280,7 @@ void ViewCore::describe_pieces() {
       answer.counts.push_back(static_cast<std::uint32_t>(corners.size()));
       for (const std::uint16_t v : corners) answer.counts.push_back(v);
     }
-    const double* reference = view_.bodies()[body].reference_m;
+    const double* reference = shown_->bodies()[body].reference_m;
     for (std::uint32_t v = 0; v < piece.vertex_count; ++v) {
       for (int axis = 0; axis < 3; ++axis)
         answer.numbers.push_back(static_cast<double>(piece.vertex(v)[axis]) +
@@ -226,7 +299,7 @@ std::vector<std::uint32_t> ViewCore::held_pairs() const {
 std::vector<std::uint32_t> ViewCore::near_pairs() {
   std::vector<std::uint32_t> pairs = held_pairs();
   if (result.has_goal_contact == 0) {
-    if (!nearby_) nearby_.emplace(view_, kNearby);
+    if (!nearby_) nearby_.emplace(*shown_, kNearby);
     std::size_t too_large = 0;
     for (const tools::NearObstacle& near : nearby_->nearest(felt_wa_, too_large))
       add_told(pairs, near.pair);
@@ -250,7 +323,7 @@ void ViewCore::describe_obstacles(std::uint32_t most_pairs, std::uint32_t most_n
   answer.counts = {0, 0};
   for (const std::uint32_t pair : near_pairs()) {
     if (answer.counts[0] == most_pairs) break;
-    if (view_.pair_record(pair).node_count > most_nodes) continue;
+    if (shown_->pair_record(pair).node_count > most_nodes) continue;
     answer.counts[0] += 1;
     describe_obstacle(pair, felt_wa_);
   }
@@ -258,11 +331,11 @@ void ViewCore::describe_obstacles(std::uint32_t most_pairs, std::uint32_t most_n
 }
 
 void ViewCore::describe_obstacle(std::uint32_t pair, const Pose& pose_wa) {
-  const PairRecord record = view_.pair_record(pair);
-  const CObstacle obstacle = make_c_obstacle(view_, pair, pose_wa);
+  const PairRecord record = shown_->pair_record(pair);
+  const CObstacle obstacle = make_c_obstacle(*shown_, pair, pose_wa);
   const FeltContact& felt = core_->felt_contact();
   const PairReport report = core_->pair_report(pair);
-  answer.counts.insert(answer.counts.end(), {pair, view_.pieces()[record.piece_b].body,
+  answer.counts.insert(answer.counts.end(), {pair, shown_->pieces()[record.piece_b].body,
                                              static_cast<std::uint32_t>(obstacle.faces.size())});
   for (const CFace& face : obstacle.faces) {
     FaceRole role = FaceRole::kOther;
@@ -295,7 +368,7 @@ void ViewCore::describe_contacts() {
   answer.clear();
   answer.counts = {0};
   std::vector<std::uint32_t> pairs = held_pairs();
-  if (view_.parameters().law != LawId::kProxy) pairs = {result.nearest_pair};
+  if (shown_->parameters().law != LawId::kProxy) pairs = {result.nearest_pair};
   for (const std::uint32_t pair : pairs) {
     core_->contact_geometry(pair, contact_);
     if (contact_.situation == ContactSituation::kNone) continue;
@@ -326,9 +399,9 @@ void ViewCore::describe_graph(std::uint32_t most_nodes) {
   if (pairs.empty()) return;
   const std::uint32_t index = pairs.front();
   if (index >= core_->pair_count()) return;
-  const PairView pair = view_.pair(index);
-  FlatPair flat(view_, index);
-  flat.place(tools::place_moving(view_, felt_wa_));
+  const PairView pair = shown_->pair(index);
+  FlatPair flat(*shown_, index);
+  flat.place(tools::place_moving(*shown_, felt_wa_));
 
   struct Shown {
     std::uint32_t node;
@@ -348,7 +421,7 @@ void ViewCore::describe_graph(std::uint32_t most_nodes) {
     return true;
   };
   if (!held.empty()) {
-    const CObstacle obstacle = make_c_obstacle(view_, index, felt_wa_);
+    const CObstacle obstacle = make_c_obstacle(*shown_, index, felt_wa_);
     const FeltContact& felt = core_->felt_contact();
     for (const CFace& face : obstacle.faces) {
       for (std::uint32_t k = 0; k < felt.plane_count; ++k) {
@@ -389,7 +462,7 @@ void ViewCore::describe_graph(std::uint32_t most_nodes) {
       }
     });
   }
-  const std::uint32_t body = view_.pieces()[pair.record.piece_b].body;
+  const std::uint32_t body = shown_->pieces()[pair.record.piece_b].body;
   answer.counts = {index, body, static_cast<std::uint32_t>(shown.size()),
                    static_cast<std::uint32_t>(arcs.size() / 2), left_out};
   for (const Shown& one : shown) {
@@ -406,8 +479,8 @@ void ViewCore::describe_graph(std::uint32_t most_nodes) {
 
 void ViewCore::describe_marked(std::uint32_t index, std::uint32_t node) {
   answer.clear();
-  if (index >= core_->pair_count() || node >= view_.pair_record(index).node_count) return;
-  const PairView pair = view_.pair(index);
+  if (index >= core_->pair_count() || node >= shown_->pair_record(index).node_count) return;
+  const PairView pair = shown_->pair(index);
   const NodeFeatures of = node_features(pair, node);
   const auto corners_of = [](const PieceView& piece, ContactType type, bool of_a, std::uint32_t i) {
     std::vector<std::uint32_t> corners;
@@ -423,17 +496,17 @@ void ViewCore::describe_marked(std::uint32_t index, std::uint32_t node) {
   };
   const auto of_a = corners_of(pair.a, of.type, true, of.i);
   const auto of_b = corners_of(pair.b, of.type, false, of.j);
-  const CObstacle obstacle = make_c_obstacle(view_, index, felt_wa_);
+  const CObstacle obstacle = make_c_obstacle(*shown_, index, felt_wa_);
   const CFace* const face = obstacle.face_of(node);
   answer.counts = {static_cast<std::uint32_t>(of_a.size()), static_cast<std::uint32_t>(of_b.size()),
                    face == nullptr ? 0u : static_cast<std::uint32_t>(face->polygon.size())};
-  const tools::PlacedMoving moving = tools::place_moving(view_, felt_wa_);
+  const tools::PlacedMoving moving = tools::place_moving(*shown_, felt_wa_);
   for (const std::uint32_t v : of_a) {
     const Vector local = pair.a.vertex(v).cast<double>();
     for (std::size_t k = 0; k < 3; ++k)
       answer.numbers.push_back(moving.grip_w[k] + tools::vector_of(moving.r_wa[k]).dot(local));
   }
-  const double* reference = view_.bodies()[pair.b.record->body].reference_m;
+  const double* reference = shown_->bodies()[pair.b.record->body].reference_m;
   for (const std::uint32_t v : of_b) {
     for (int k = 0; k < 3; ++k)
       answer.numbers.push_back(reference[k] + static_cast<double>(pair.b.vertex(v)[k]));

@@ -14,6 +14,7 @@
 
 #include "rt_core/haptic_core.hpp"
 #include "tools/c_space/c_obstacle.hpp"
+#include "tools/common/held_parts.hpp"
 #include "tools/plan/guide_legs.hpp"
 #include "tools/verdict/session_judge.hpp"
 #include "tools/verdict/tick_record.hpp"
@@ -76,6 +77,9 @@ enum class GraphRole : std::uint32_t {
   kHolds          ///< its plane holds the part that is felt
 };
 
+/// What ViewCore::hold has come to.
+inline constexpr std::uint32_t kHoldRefused = 0, kHoldWaits = 1, kHoldTakes = 2;
+
 class ViewCore {
  public:
   /// Takes `scene`, which must stay where it is. @return as SceneView::open, HapticCore::create.
@@ -83,7 +87,12 @@ class ViewCore {
 
   /// One tick of `input` into `result`. Only after kOk of open().
   void step();
+  /// A fresh start; of a scene with parts with each of them where it starts.
   void reset();
+  /// The hand lets go of what it holds, and then takes `part`. kHoldWaits: step on, and ask again.
+  /// kHoldTakes: the next step takes it; numbers: the input's pose that leads it where it is.
+  [[nodiscard]] std::uint32_t hold(std::uint32_t part);
+  void release();
   /// The verdict begins with the next tick.
   void begin_verdict() noexcept { judge_.reset(); }
 
@@ -92,6 +101,10 @@ class ViewCore {
 
   // The answers that follow replace the one before.
 
+  /// text: names of the parts that the hand may hold or that stand, a line each; counts: the one
+  /// that is held (0xFFFFFFFF: none), the one that is shown as body 0, for each whether it may be
+  /// held, then the parts that are shown as bodies 1, 2, ... Empty: the scene has one moving part.
+  void describe_parts();
   /// text: name, law, name of each body, a line each.
   void describe_scene();
   /// For each piece: counts body, vertices, faces, then for each face its mesh face (0xFFFFFFFF: a
@@ -136,6 +149,8 @@ class ViewCore {
   ViewAnswer answer;
 
  private:
+  [[nodiscard]] RtStatus create();
+  void show_scene();
   /// Pairs of the planes that hold the part.
   [[nodiscard]] std::vector<std::uint32_t> held_pairs() const;
   [[nodiscard]] std::vector<std::uint32_t> near_pairs();
@@ -145,6 +160,8 @@ class ViewCore {
     void operator()(std::byte* bytes) const noexcept;
   };
   SceneView view_;
+  std::unique_ptr<tools::HeldParts> parts_;  ///< null: the scene has one moving part
+  const SceneView* shown_ = &view_;          ///< of the part that is held, or was last
   tools::GuideLegs legs_;
   std::unique_ptr<std::byte, Free> memory_;
   std::span<std::byte> state_;

@@ -71,6 +71,14 @@ HAPTIC_EXPORT(view_reset) void view_reset() {
   if (is_open) core().reset();
 }
 
+/// Refused, waits, takes: 0, 1, 2 (ViewCore::hold).
+HAPTIC_EXPORT(view_hold) std::uint32_t view_hold(std::uint32_t part) {
+  return is_open ? core().hold(part) : sim::kHoldRefused;
+}
+HAPTIC_EXPORT(view_release) void view_release() {
+  if (is_open) core().release();
+}
+
 HAPTIC_EXPORT(view_begin_verdict) void view_begin_verdict() {
   if (is_open) core().begin_verdict();
 }
@@ -82,6 +90,9 @@ HAPTIC_EXPORT(view_state_bytes) std::uint32_t view_state_bytes() {
 
 HAPTIC_EXPORT(view_describe_scene) void view_describe_scene() {
   if (is_open) core().describe_scene();
+}
+HAPTIC_EXPORT(view_describe_parts) void view_describe_parts() {
+  if (is_open) core().describe_parts();
 }
 HAPTIC_EXPORT(view_describe_guide) void view_describe_guide() {
   if (is_open) core().describe_guide();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mouse, keys, gamepad and SpaceMouse, turned into where the hand wants the part. A page moves this simulated hand alone.
 import * as THREE from "three";
-import { gripOf, multiply, normalised, poseOf, rotationOf, upright } from "./hand";
+import { multiply, normalised, poseOf, rotationOf, upright } from "./hand";
 import type { Pose, Quat, Vec } from "./messages";
 import type { SixAxes } from "./space_mouse";
 import { rightOf, towardsEye } from "./stage";
@@ -55,17 +55,17 @@ export class Controls {
   constructor(
     private readonly side: Side,
     private readonly gripA: Vec,
-    private readonly partRadius: number,
+    public partRadius: number,
     /** `at`: when the move was made [ms] */
     private readonly want: (target: Pose, at: number) => void,
   ) {}
 
-  /** Where the device is while nobody moves it: a hand takes it up from there. */
-  follow(device: Pose, felt: Vec, byHand: boolean): void {
+  /** Where the device is while nobody moves it, its grip point and how it is turned: a hand takes it up from there. */
+  follow(grip: Vec, q: Quat, felt: Vec, byHand: boolean): void {
     this.felt = felt;
     if (byHand && this.active) return;
-    this.grip = gripOf(device, this.gripA);
-    this.q = device.q;
+    this.grip = grip;
+    this.q = q;
     this.active = byHand;
   }
 

@@ -116,6 +116,33 @@ export class Core {
     this.wasm.view_reset();
   }
 
+  /** The hand lets go of what it holds, and then takes a part of the scene. @param {number} part
+   *  @returns {{p: [number, number, number], q: [number, number, number, number]} | "waits" | "refused"}  a pose: the next step takes the
+   *  part, which the hand leads where it is from there; "waits": step, and ask again */
+  hold(part) {
+    const state = this.wasm.view_hold(part);
+    if (state !== 2) return state === 1 ? "waits" : "refused";
+    const [x, y, z, a, b, c, w] = this.numbers();
+    return { p: [x, y, z], q: [a, b, c, w] };
+  }
+  release() {
+    this.wasm.view_release();
+  }
+  /** The parts that the hand holds one after another, which of them is held (-1: none), and which each body is; null: the scene has one
+   *  moving part. @returns {{names: string[], mayBeHeld: boolean[], bodies: number[], held: number} | null} */
+  parts() {
+    const { counts } = this.describe("parts");
+    if (counts.length === 0) return null;
+    const names = this.text(this.wasm.view_text()).trimEnd().split("\n");
+    const [held, shown, ...rest] = counts;
+    return {
+      names,
+      mayBeHeld: rest.slice(0, names.length).map((may) => may === 1),
+      bodies: [shown, ...rest.slice(names.length)],
+      held: held === 0xffffffff ? -1 : held,
+    };
+  }
+
   /** What is judged begins with the next tick. */
   beginVerdict() {
     this.wasm.view_begin_verdict();
@@ -136,13 +163,19 @@ export class Core {
     new Uint8Array(this.wasm.memory.buffer).set(new Uint8Array(state), this.wasm.view_state());
   }
 
+  /** The numbers of the last answer. */
+  numbers() {
+    const at = this.wasm.view_numbers();
+    return new Float64Array(this.wasm.memory.buffer.slice(at, at + 8 * this.wasm.view_number_count()));
+  }
+
   /** What a `describe` function answers. @param {string} what @param {...number} limits @returns {Answer} */
   describe(what, ...limits) {
     this.wasm[`view_describe_${what}`](...limits);
     const { buffer } = this.wasm.memory;
-    const numbers = this.wasm.view_numbers(), counts = this.wasm.view_counts();
+    const counts = this.wasm.view_counts();
     return {
-      numbers: new Float64Array(buffer.slice(numbers, numbers + 8 * this.wasm.view_number_count())),
+      numbers: this.numbers(),
       counts: new Uint32Array(buffer.slice(counts, counts + 4 * this.wasm.view_count_count())),
     };
   }

@@ -71,6 +71,8 @@ const kWords_ms = 90;
 /** Pictures that are being drawn at the same time; nobody waits longer for word that one is done. */
 const kMostDrawn = 2;
 const kMostWait_ms = 250;
+/** A pointer that moves less before it goes up has clicked [pixels]. */
+const kClick_px = 4;
 /** Moves of a mouse may come more often than the core has ticks. */
 const kHand_ms = 3;
 
@@ -182,6 +184,7 @@ class Page {
   private take(message: FromWorker): void {
     if (message.kind === "refused") refuse(message.text);
     if (message.kind === "loaded") this.start(message.scene);
+    if (message.kind === "held") this.showParts(message.scene);
     if (message.kind === "strips") {
       this.strips.setRecorded(message.samples);
       this.goToAddress();
@@ -221,6 +224,7 @@ class Page {
       this.sendHand(this.movedAt);
     });
     element<HTMLButtonElement>("restart").disabled = element<HTMLButtonElement>("upright").disabled = !this.takesHand;
+    this.bindParts(scene);
     const time = element<HTMLInputElement>("time");
     time.max = String(Math.max(0, scene.recordedTicks - 1));
     time.disabled = element<HTMLButtonElement>("play").disabled = scene.recordedTicks === 0;
@@ -228,6 +232,57 @@ class Page {
     document.body.dataset.state = "loaded";
     // A recording is computed first.
     if (scene.recordedTicks === 0) this.goToAddress();
+  }
+
+  /** Another part is in the hand. */
+  private showParts(scene: SceneFacts): void {
+    this.scene = scene;
+    this.graph.load(scene.bodies);
+    this.physical?.load(scene);
+    if (this.physical && this.cspace) this.cspace.partRadius = this.physical.partRadius;
+    if (this.controls) this.controls.partRadius = this.physical?.partRadius ?? 0.05;
+    if (this.physical) element("arrow-scale").textContent = this.physical.scaleText;
+    this.controls?.forget();
+    this.viewed = null;
+    this.looked = true;
+  }
+
+  /** The hand holds this part of the scene; -1: it lets go. */
+  private hold(part: number): void {
+    if (!this.takesHand || this.live) return;
+    this.controls?.forget();
+    this.send({ kind: "hold", part });
+  }
+
+  /** The part after the one that is held, of those that may be. */
+  private holdNext(): void {
+    const parts = this.scene?.parts;
+    if (!parts) return;
+    const count = parts.names.length;
+    for (let k = 1; k <= count; ++k) {
+      const part = (parts.bodies[0] + k) % count;
+      if (parts.mayBeHeld[part]) return this.hold(part);
+    }
+  }
+
+  private bindParts(scene: SceneFacts): void {
+    const { parts } = scene;
+    element("parts").hidden = parts === null || !this.takesHand || this.live !== null;
+    if (!parts) return;
+    const list = element<HTMLSelectElement>("hold");
+    const option = (text: string, value: number) => {
+      const one = document.createElement("option");
+      one.textContent = text;
+      one.value = String(value);
+      return one;
+    };
+    const held = parts.names.map((name, k) => ({ name, k })).filter(({ k }) => parts.mayBeHeld[k]);
+    list.replaceChildren(option("nothing", -1), ...held.map(({ name, k }) => option(name, k)));
+    list.onchange = () => {
+      this.hold(Number(list.value));
+      list.blur();  // the keys are the hand's
+    };
+    element("release").onclick = () => this.hold(-1);
   }
 
   /** Shows what the address of the page says: a view, and a tick or a pose of the hand. */
@@ -376,6 +431,8 @@ class Page {
       Space: () => this.togglePlay(),
       Home: () => this.restart(),
       KeyU: () => this.controls?.makeUpright(),
+      KeyH: () => this.holdNext(),
+      KeyG: () => this.hold(-1),
       KeyC: () => this.toggleCut(),
       KeyP: () => this.savePicture(),
       KeyL: () => this.writeAddress(),
@@ -409,6 +466,8 @@ class Page {
     const { canvas } = pane;
     let moves = false;
     let x = 0, y = 0;
+    /** part under the pointer when it went down; -1: none, or it has been dragged since */
+    let clicked = -1;
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
@@ -416,6 +475,11 @@ class Page {
       x = event.clientX;
       y = event.clientY;
       moves = this.takesHand && event.button === 0 && pane instanceof PhysicalPane && pane.hitsPart(event.offsetX, event.offsetY);
+      clicked = !moves && event.button === 0 && pane instanceof PhysicalPane ? this.partAt(pane, event) : -1;
+    });
+    canvas.addEventListener("pointerup", () => {
+      if (clicked >= 0) this.hold(clicked);
+      clicked = -1;
     });
     // Where the browser has it, a move is known before the next picture is due.
     canvas.addEventListener("onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove", (raw) => {
@@ -423,6 +487,8 @@ class Page {
       if (!canvas.hasPointerCapture(event.pointerId)) return;
       const right = event.clientX - x, down = event.clientY - y;
       if (right === 0 && down === 0) return;
+      if (clicked >= 0 && Math.hypot(right, down) < kClick_px) return;
+      clicked = -1;
       x = event.clientX;
       y = event.clientY;
       if (moves) {
@@ -440,6 +506,15 @@ class Page {
       },
       { passive: false },
     );
+  }
+
+  /** Number of the part that lies under a point and may be held; -1: there is none. */
+  private partAt(pane: PhysicalPane, event: PointerEvent): number {
+    const parts = this.scene?.parts;
+    if (!parts || this.live) return -1;
+    const body = pane.bodyAt(event.offsetX, event.offsetY);
+    const part = body < 0 ? -1 : parts.bodies[body];
+    return part >= 0 && parts.mayBeHeld[part] ? part : -1;
   }
 
   private frame(): void {
@@ -477,7 +552,7 @@ class Page {
     if (this.fresh) {
       // A live session may be moved by others too: a hand here takes the part up where it then is.
       const byHand = picture.mode === "hand" || (picture.mode === "live" && performance.now() - this.movedAt < kHeld_ms);
-      this.controls?.follow(picture.device, picture.feltGrip, byHand);
+      this.controls?.follow(picture.deviceGrip, picture.device.q, picture.feltGrip, byHand);
       if (!this.viewed || !sameView(picture, this.viewed)) {
         this.physical?.show(picture);
         this.cspace?.show(picture);
@@ -540,6 +615,11 @@ class Page {
       const box = element(id);
       if (box.textContent !== text) box.textContent = text;
     };
+    if (scene.parts) {
+      element<HTMLSelectElement>("hold").value = String(picture.held);
+      element<HTMLButtonElement>("release").disabled = picture.held < 0;
+      document.body.dataset.held = picture.held < 0 ? "" : scene.parts.names[picture.held];
+    }
     const situation = scene.situations[picture.situation] ?? "none";
     set("situation", picture.status === 0 ? situationText(situation) : "the pose was refused");
     element("situation").dataset.situation = situation;

@@ -19,6 +19,14 @@ export interface Answer {
   counts: Uint32Array;
 }
 
+/** The parts of a scene that the hand holds one after another. */
+export interface PartFacts {
+  names: string[];
+  mayBeHeld: boolean[];
+  /** number of the part that each body is; body 0 is the one that is held, or was last */
+  bodies: number[];
+}
+
 export interface SceneFacts {
   name: string;
   law: string;
@@ -37,6 +45,8 @@ export interface SceneFacts {
   pieceCount: number;
   situations: string[];
   pieces: Answer;
+  /** null: the scene has one moving part */
+  parts: PartFacts | null;
   recordedTicks: number;
 }
 
@@ -80,6 +90,8 @@ export interface Picture {
   graph: Answer;
   /** features of the chosen basic contact */
   marked: Answer;
+  /** number of the part that the hand holds; -1: none, or the scene has one moving part */
+  held: number;
   /** share of real time that the core keeps up with */
   pace: number;
   /** when the page had the hand's move that this tick followed, by its own clock [ms]; 0: there was none */
@@ -128,10 +140,14 @@ export type ToWorker =
   | { kind: "seek"; tick: number }
   | { kind: "select"; selected: { pair: number; node: number } | null }
   | { kind: "restart" }
+  /** -1: the hand lets go */
+  | { kind: "hold"; part: number }
   | { kind: "taken" };
 
 export type FromWorker =
   | { kind: "loaded"; scene: SceneFacts }
+  /** another part is held, or all are where they start */
+  | { kind: "held"; scene: SceneFacts }
   | { kind: "refused"; text: string }
   | { kind: "strips"; samples: Float32Array }
   | Lamp

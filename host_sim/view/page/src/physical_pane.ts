@@ -44,7 +44,16 @@ class Shape {
   }
 }
 
+function empty(group: THREE.Group): void {
+  for (const child of [...group.children]) {
+    if (child instanceof THREE.Mesh || child instanceof THREE.LineSegments) child.geometry.dispose();
+    group.remove(child);
+  }
+}
+
 export class PhysicalPane extends Stage {
+  /** what the hand does not hold */
+  private readonly fixed = new THREE.Group();
   private readonly felt = new THREE.Group();
   private readonly ghost = new THREE.Group();
   private readonly fixedMaterial = new SolidMaterial(this.around, { isCut: true });
@@ -71,38 +80,50 @@ export class PhysicalPane extends Stage {
     super(canvas, overlay, colours, smooth);
     this.polygons.frustumCulled = false;
     this.polygons.renderOrder = 10;
-    this.scene.add(this.felt, this.ghost, this.polygons, this.lines, this.dots, this.arrows);
+    this.scene.add(this.fixed, this.felt, this.ghost, this.polygons, this.lines, this.dots, this.arrows);
   }
 
+  /** Of a scene that is shown already another part is in the hand: the view stays. */
   load(scene: SceneFacts): void {
     const pieces = piecesOf(scene.pieces);
     this.grip_a = scene.grip;
-    const outer = (isPart: boolean) =>
+    const isFirst = this.fixed.children.length === 0;
+    for (const group of [this.fixed, this.felt, this.ghost]) empty(group);
+    const outer = (holds: (body: number) => boolean) =>
       pieces
-        .filter((piece) => (piece.body === 0) === isPart)
+        .filter((piece) => holds(piece.body))
         .flatMap((piece) => piece.faces)
         .filter((face) => face.source !== kNone);
-    const part = outer(true), fixed = outer(false);
-    const partShape = new Shape(part), fixedShape = new Shape(fixed);
-    if (partShape.hasSheets) this.feltMaterial.side = THREE.DoubleSide;
+    const part = outer((body) => body === 0), fixed = outer((body) => body !== 0);
+    const partShape = new Shape(part);
+    this.feltMaterial.side = partShape.hasSheets ? THREE.DoubleSide : THREE.FrontSide;
     this.felt.add(new THREE.Mesh(partShape.surface, this.feltMaterial), new THREE.LineSegments(partShape.edges, this.feltLines));
     const ghostEdges = new THREE.LineSegments(partShape.edges, this.ghostLines);
     ghostEdges.renderOrder = 5;
     this.ghost.add(new THREE.Mesh(partShape.surface, this.ghostFill), ghostEdges);
-    // All fixed parts are one surface: they look alike.
-    this.scene.add(new THREE.Mesh(fixedShape.surface, this.fixedMaterial), new THREE.LineSegments(fixedShape.edges, this.fixedLines));
+    // All fixed parts look alike; those that can be clicked on are surfaces of their own.
+    const bodies = scene.parts ? scene.parts.bodies.map((_, body) => body).slice(1) : [-1];
+    for (const body of bodies) {
+      const shape = new Shape(body < 0 ? fixed : outer((of) => of === body));
+      const surface = new THREE.Mesh(shape.surface, this.fixedMaterial);
+      surface.userData.body = body;
+      this.fixed.add(surface, new THREE.LineSegments(shape.edges, this.fixedLines));
+    }
 
     const ofPart = boundsOf(part), all = boundsOf(fixed);
-    this.place(this.felt, scene.start);
-    this.felt.updateMatrix();
-    for (const face of part) for (const corner of face.corners) all.expandByPoint(vector(corner).applyMatrix4(this.felt.matrix));
-    const sphere = all.getBoundingSphere(new THREE.Sphere());
-    this.radius = sphere.radius;
     this.partRadius = ofPart.getBoundingSphere(new THREE.Sphere()).radius;
-    this.target.copy(sphere.center);
-    this.halfHeight = 0.92 * this.radius;
     this.forceUnit = roundBelow(kShareOfArrow * scene.kT * this.partRadius);
     this.torqueUnit = roundBelow(kTurnOfArrow_rad * scene.kR);
+    if (isFirst) {
+      this.place(this.felt, scene.start);
+      this.felt.updateMatrix();
+      for (const face of part) for (const corner of face.corners) all.expandByPoint(vector(corner).applyMatrix4(this.felt.matrix));
+      const sphere = all.getBoundingSphere(new THREE.Sphere());
+      this.radius = sphere.radius;
+      this.target.copy(sphere.center);
+      this.halfHeight = 0.92 * this.radius;
+    }
+    this.picture = null;
     this.paint(this.colours);
   }
 
@@ -184,11 +205,26 @@ export class PhysicalPane extends Stage {
     this.begun();
   }
 
-  /** Whether the part, felt or ghost, lies under a point of the canvas. */
-  hitsPart(x: number, y: number): boolean {
+  private rayAt(x: number, y: number): THREE.Raycaster {
     const ray = new THREE.Raycaster();
     const at = new THREE.Vector2((2 * x) / this.paneWidth - 1, 1 - (2 * y) / this.paneHeight);
     ray.setFromCamera(at, this.camera);
+    return ray;
+  }
+
+  /** Number of the body, of those that the hand does not hold, whose drawn half lies under a point of the canvas; -1: none. */
+  bodyAt(x: number, y: number): number {
+    const { value: cut } = this.around.cut;
+    const isDrawn = ({ point }: THREE.Intersection) => cut.x * point.x + cut.y * point.y + cut.z * point.z + cut.w >= 0;
+    const hit = this.rayAt(x, y)
+      .intersectObjects(this.fixed.children, true)
+      .find((one) => one.object instanceof THREE.Mesh && isDrawn(one));
+    return hit ? hit.object.userData.body : -1;
+  }
+
+  /** Whether the part, felt or ghost, lies under a point of the canvas. */
+  hitsPart(x: number, y: number): boolean {
+    const ray = this.rayAt(x, y);
     const shown = this.ghost.visible ? [this.felt, this.ghost] : [this.felt];
     return ray.intersectObjects(shown, true).some((hit) => hit.object instanceof THREE.Mesh);
   }

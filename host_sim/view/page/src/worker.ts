@@ -36,7 +36,13 @@ class Runner {
   private tick = 0;
   private hand: Hand;
   private device: Pose;
-  private readonly facts: SceneFacts;
+  private facts: SceneFacts;
+  /** grip point of the part that is held at first, in its mesh frame */
+  private readonly firstGrip: Vec;
+  /** part that the hand is to hold once it has let go; -1: none */
+  private wanted = -1;
+  /** the next tick takes a part */
+  private takes = false;
   private samples: number[] = [];
   private cut = true;
   private saved: { tick: number; state: ArrayBuffer }[] = [];
@@ -67,32 +73,10 @@ class Runner {
     private readonly live: LiveOrder | null,
   ) {
     const scene = core.read("scene") as Record<string, any>;
-    const period = 1 / (scene.rate_hz || 1000);
-    const kT = scene.law === 3 ? scene.k_t_n_per_m : scene.k_f_n_per_m;
-    const kR = scene.k_r_nm_per_rad || kT * 0.01;
-    this.hand = new Hand(kT, kR, scene.law === 3 ? scene.damping_ns_per_m : 0, scene.grip_a_m, period);
+    this.firstGrip = scene.grip_a_m;
     this.device = { p: scene.start_p_wa_m, q: scene.start_q_wa_xyzw };
-    this.hand.place(this.device);
-    const names = core.names();
-    this.facts = {
-      name: names.name,
-      law: names.law,
-      bodies: names.bodies,
-      kT,
-      kR,
-      kF: scene.k_f_n_per_m,
-      hand: { k: this.hand.k, kR: this.hand.kR },
-      start: this.device,
-      grip: scene.grip_a_m,
-      workBudget: scene.work_units,
-      workBound: scene.max_work_units,
-      single: scene.scalar_bytes === 4,
-      pairCount: scene.pair_count,
-      pieceCount: scene.piece_count,
-      situations: Array.from({ length: 7 }, (_, k) => core.situation(k)),
-      pieces: core.describe("pieces"),
-      recordedTicks: recording?.ticks ?? 0,
-    };
+    this.hand = this.handAtDevice();
+    this.facts = this.describe();
     post({ kind: "loaded", scene: this.facts });
     if (recording) {
       this.check();
@@ -105,6 +89,77 @@ class Runner {
       this.setMode("hand");
       this.loop();
     }
+  }
+
+  /** For the stiffness of the part that is held. It leads the first part, and any other by that one's own grip point. */
+  private handAtDevice(): Hand {
+    const scene = this.core.read("scene") as Record<string, any>;
+    const { kT, kR } = this.stiffness(scene);
+    const damping = scene.law === 3 ? scene.damping_ns_per_m : 0;
+    const hand = new Hand(kT, kR, damping, this.firstGrip, 1 / (scene.rate_hz || 1000));
+    hand.place(this.device);
+    return hand;
+  }
+
+  private stiffness(scene: Record<string, any>): { kT: number; kR: number } {
+    const kT = scene.law === 3 ? scene.k_t_n_per_m : scene.k_f_n_per_m;
+    return { kT, kR: scene.k_r_nm_per_rad || kT * 0.01 };
+  }
+
+  /** The scene as it is shown now. */
+  private describe(): SceneFacts {
+    const { core } = this;
+    const scene = core.read("scene") as Record<string, any>;
+    const names = core.names();
+    const parts = core.parts();
+    return {
+      name: names.name,
+      law: names.law,
+      bodies: names.bodies,
+      ...this.stiffness(scene),
+      kF: scene.k_f_n_per_m,
+      hand: { k: this.hand.k, kR: this.hand.kR },
+      start: { p: scene.start_p_wa_m, q: scene.start_q_wa_xyzw },
+      grip: scene.grip_a_m,
+      workBudget: scene.work_units,
+      workBound: scene.max_work_units,
+      single: scene.scalar_bytes === 4,
+      pairCount: scene.pair_count,
+      pieceCount: scene.piece_count,
+      situations: Array.from({ length: 7 }, (_, k) => core.situation(k)),
+      pieces: core.describe("pieces"),
+      parts: parts && { names: parts.names, mayBeHeld: parts.mayBeHeld, bodies: parts.bodies },
+      recordedTicks: this.recording?.ticks ?? 0,
+    };
+  }
+
+  /** Another body is in the hand: tells the page where the parts are. */
+  private tellParts(): void {
+    const { parts } = this.facts;
+    if (!parts || this.core.parts()?.bodies[0] === parts.bodies[0]) return;
+    this.hand = this.handAtDevice();
+    this.facts = this.describe();
+    this.selected = null;
+    post({ kind: "held", scene: this.facts });
+  }
+
+  /** The hand lets go of what it holds, and then holds `part`; -1: nothing. */
+  hold(part: number): void {
+    if (!this.facts.parts || this.live) return;
+    if (this.mode !== "hand") this.setMode("hand");
+    if (part < 0) this.core.release();
+    this.wanted = part === this.core.parts()!.held ? -1 : part;
+  }
+
+  /** Before a tick: the hand goes to the part that it is to take, and takes it once it is empty. */
+  private takeWanted(): void {
+    if (this.wanted < 0) return;
+    const place = this.core.hold(this.wanted);
+    if (place === "waits") return;
+    this.wanted = -1;
+    if (place === "refused") return;
+    this.hand.place(place);
+    this.takes = true;
   }
 
   /** One tick of the device at `pose`. */
@@ -250,6 +305,11 @@ class Runner {
 
   seek(tick: number): void {
     if (!this.recording || this.saved.length === 0) return;
+    // What was recorded is of the part that is held at first.
+    if (this.facts.parts && this.core.parts()!.bodies[0] !== 0) {
+      this.core.reset();
+      this.tellParts();
+    }
     const to = Math.max(0, Math.min(tick, this.recording.ticks - 1));
     const from = this.saved.filter((s) => s.tick <= to).at(-1)!;
     this.core.restore(from.state);
@@ -269,6 +329,9 @@ class Runner {
     this.core.reset();
     this.core.beginVerdict();
     this.tick = 0;
+    this.wanted = -1;
+    this.takes = false;
+    this.tellParts();
     this.step(this.facts.start, 0n, true);
     this.hand.place(this.device);
     this.samples = [];
@@ -360,6 +423,7 @@ class Runner {
       }
       this.recordedStep(report || this.tick + 1 === this.recording!.ticks);
     } else {
+      this.takeWanted();
       // The hand feels the contact and what leads it.
       const sum = (contact: string, guide: string) => {
         const led = this.core.list(guide);
@@ -371,6 +435,8 @@ class Runner {
       );
       this.step(pose, BigInt(this.tick) * 1000000n, report);
       this.sample(this.samples);
+      if (this.takes) this.tellParts();
+      this.takes = false;
     }
     this.dirty = true;
   }
@@ -422,6 +488,7 @@ class Runner {
       marked: this.selected
         ? this.core.describe("marked", this.selected.pair, this.selected.node)
         : { numbers: new Float64Array(), counts: new Uint32Array() },
+      held: this.facts.parts ? this.core.parts()!.held : -1,
       pace: this.pace,
       handAt: this.handAt,
       behind: this.behind,
@@ -459,5 +526,6 @@ self.onmessage = (event: MessageEvent<ToWorker>) => {
   if (message.kind === "seek") runner.seek(message.tick);
   if (message.kind === "select") runner.select(message.selected);
   if (message.kind === "restart") runner.restart();
+  if (message.kind === "hold") runner.hold(message.part);
   if (message.kind === "taken") runner.taken();
 };
