@@ -212,7 +212,7 @@ const SceneCapacity& ServoTick::bounds() const noexcept {
   return bounds_;
 }
 
-/// Of the part whose poses the last result has.
+/// That of the part whose poses the last result has.
 Vec3 ServoTick::felt_grip_a() const noexcept {
   if (!kSceneTraits.image && hand_ != nullptr) return hand_->grip_a();
   return parameters_.map.grip_a;

@@ -121,7 +121,7 @@ class ServoTick {
   /// arms. `recorder` may be nullptr.
   ServoTick(HapticCore& core, const ServoParameters& parameters, const SceneCapacity& bounds,
             FlightRecorder* recorder) noexcept;
-  /// Of a hand that holds one part after another; the bounds are those of the scene of the part
+  /// For a hand that holds one part after another; the bounds are those of the scene of the part
   /// that is held. `hand` has begun, and outlives this.
   ServoTick(PartHand& hand, const ServoParameters& parameters, FlightRecorder* recorder) noexcept;
 

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "host_sim/session/hold_run.hpp"
 #include "host_sim/session/motion_script.hpp"
 #include "host_sim/session/replay.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
@@ -138,20 +139,36 @@ tools::CompiledScene compiled(const std::filesystem::path& folder) {
   return tools::compile_scene(tools::read_scene_file(folder / "scene.toml"), {});
 }
 
+/// A motion in which the hand holds one part after another.
+std::vector<TickRecord> held_ticks(CoreSession& session, const MotionScript& script,
+                                   const std::vector<MotionSample>& motion) {
+  HoldRun holds(session, script.holds);
+  std::vector<TickRecord> ticks;
+  for (const MotionSample& sample : motion) {
+    holds.before_tick(sample.t_s);
+    const StepResult result = session.step(input_of(sample, ticks.size()));
+    ticks.push_back(tools::record_of(ticks.size(), sample.t_s, result,
+                                     session.view().parameters().law, session.hand()->grip_a()));
+    holds.after_tick(ticks.back());
+  }
+  CHECK(holds.failures() == "");
+  return ticks;
+}
+
 RunHashes run_scene(const std::string& name) {
   const std::filesystem::path folder = std::filesystem::path(HAPTIC_SCENES_DIR) / name;
   const tools::CompiledScene scene = compiled(folder);
-  const std::vector<MotionSample> motion =
-      make_motion(read_motion_script((folder / "motion.toml").string()));
+  const MotionScript script = read_motion_script((folder / "motion.toml").string());
+  const std::vector<MotionSample> motion = make_motion(script);
   CoreSession session(scene.bytes, name);
-  const ReplayResult result = replay(session, motion, {});
-  const auto touching =
-      std::count_if(result.ticks.begin(), result.ticks.end(), [](const TickRecord& t) {
-        return t.d_near_m <= 0 ||  // a surface has no depth
-               t.situation != ContactSituation::kNone;
-      });
+  const std::vector<TickRecord> ticks = script.holds.empty() ? replay(session, motion, {}).ticks
+                                                             : held_ticks(session, script, motion);
+  const auto touching = std::count_if(ticks.begin(), ticks.end(), [](const TickRecord& t) {
+    return t.d_near_m <= 0 ||  // a surface has no depth
+           t.situation != ContactSituation::kNone;
+  });
   CHECK(touching > 1000);  // the hashes are of contact, not of free flight
-  return hashes_of(scene, motion, result.ticks);
+  return hashes_of(scene, motion, ticks);
 }
 
 Json read_golden() {

@@ -155,7 +155,7 @@ SceneFile scene_of(const haptic_compile_input& input) {
     std::copy_n(input.grip_m, 3, scene.moving.grip_m->begin());
   }
   if (input.friction > 0) {
-    // Of parts that may be held each may rub on each.
+    // Each part that may be held may rub on each other.
     scene.friction.push_back({{"part", "part"}, input.friction, input.friction});
     scene.moving.material = "part";
     for (ScenePart& part : scene.statics) part.material = "part";

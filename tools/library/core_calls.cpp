@@ -18,7 +18,7 @@ using namespace haptic::tools;
 
 namespace {
 
-/// Of a scene whose parts the hand holds one after another.
+/// A scene whose parts the hand holds one after another has this.
 struct alignas(kStateAlignment) PartsOfCore {
   PartScenes scenes;
   PartHand hand;

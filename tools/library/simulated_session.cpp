@@ -301,7 +301,7 @@ int SimulatedSession::hold_part(std::uint32_t part) {
   }
 }
 
-/// What can be done now on the way to holding `part`. HAPTIC_ERROR_BUSY: it is not all.
+/// Does what can be done now on the way to holding `part`. HAPTIC_ERROR_BUSY: it is not all.
 int SimulatedSession::go_on_to(std::uint32_t part) {
   const std::lock_guard lock(part_mutex_);
   PartHand& hand = parts_->hand;

@@ -77,7 +77,7 @@ enum class GraphRole : std::uint32_t {
   kHolds          ///< its plane holds the part that is felt
 };
 
-/// What ViewCore::hold has come to.
+/// Results of ViewCore::hold.
 inline constexpr std::uint32_t kHoldRefused = 0, kHoldWaits = 1, kHoldTakes = 2;
 
 class ViewCore {

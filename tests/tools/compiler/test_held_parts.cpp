@@ -182,7 +182,7 @@ TEST_SUITE("tools.held_parts") {
     REQUIRE(parts.others_of(3).size() == 2);
     CHECK(parts.others_of(3)[1] == 1);
     CHECK(parts.others_of(0).size() == 3);
-    // Of the part that is held at first, too: the scene around is against all.
+    // So it is for the part that is held at first: the scene around is against all.
     const Bench peg(all_parts() + "[bodies]\nnever = [[\"socket\", \"peg\"]]\n");
     REQUIRE(PartScenes::open(peg.view, parts) == RtStatus::kOk);
     CHECK(parts.others_of(0).size() == 2);

@@ -213,7 +213,7 @@ TEST_SUITE("tools.library") {
       }
       REQUIRE(now.goals_reached >= number);
     };
-    /// What a tick will make true.
+    /// A tick will make it true.
     const auto wait_for = [&](const auto& wanted) {
       for (int k = 0; k < 60'000 && !wanted(bodies()); ++k)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));

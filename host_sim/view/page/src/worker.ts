@@ -305,7 +305,7 @@ class Runner {
 
   seek(tick: number): void {
     if (!this.recording || this.saved.length === 0) return;
-    // What was recorded is of the part that is held at first.
+    // A recording is of the part that is held at first.
     if (this.facts.parts && this.core.parts()!.bodies[0] !== 0) {
       this.core.reset();
       this.tellParts();
