@@ -156,49 +156,6 @@ void ViewCore::show_scene() {
   nearby_.reset();
 }
 
-std::uint32_t ViewCore::hold(std::uint32_t part) {
-  answer.clear();
-  if (parts_ == nullptr || part >= parts_->scenes.count() || !parts_->scenes.may_be_held(part))
-    return kHoldRefused;
-  PartHand& hand = parts_->hand;
-  hand.release();
-  if (hand.phase() != PartHand::Phase::kEmpty) return kHoldWaits;
-  // Its scene was opened before, and a pose that was felt is a pose.
-  SceneView held;
-  if (SceneView::open(parts_->scenes.scene_of(part), held) != RtStatus::kOk ||
-      hand.prepare(part) != RtStatus::kOk)
-    return kHoldRefused;
-  const PartPlace& place = hand.places()[part];
-  Pose lead;
-  lead.p_wa = vector_in(place.p_wa_m);
-  lead.q_wa = Quat(static_cast<Real>(place.q_wa_xyzw[3]), static_cast<Real>(place.q_wa_xyzw[0]),
-                   static_cast<Real>(place.q_wa_xyzw[1]), static_cast<Real>(place.q_wa_xyzw[2]));
-  lead.p_wa += lead.q_wa *
-               (vector_in(held.bodies()[0].reference_m) - vector_in(view_.bodies()[0].reference_m));
-  for (int k = 0; k < 3; ++k) answer.numbers.push_back(static_cast<double>(lead.p_wa[k]));
-  for (int k = 0; k < 4; ++k) answer.numbers.push_back(place.q_wa_xyzw[k]);
-  return kHoldTakes;
-}
-
-void ViewCore::release() {
-  if (parts_ != nullptr) parts_->hand.release();
-}
-
-void ViewCore::describe_parts() {
-  answer.clear();
-  if (parts_ == nullptr) return;
-  const PartScenes& parts = parts_->scenes;
-  const PartHand& hand = parts_->hand;
-  const PartHand::Phase phase = hand.phase();
-  const bool holds = phase == PartHand::Phase::kHolding || phase == PartHand::Phase::kLettingGo;
-  answer.counts = {holds ? hand.part() : kNone, hand.part()};
-  for (std::uint32_t k = 0; k < parts.count(); ++k) {
-    answer.counts.push_back(parts.may_be_held(k) ? 1 : 0);
-    answer.text.append(parts.name(k)).append("\n");
-  }
-  for (const std::uint32_t other : parts.others_of(hand.part())) answer.counts.push_back(other);
-}
-
 void ViewCore::step() {
   StepInput step;
   step.sequence = input.sequence;
