@@ -13,6 +13,7 @@
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
+#include "tools/graph_compiler/program/report.hpp"
 #include "tools/graph_compiler/program/traits_header.hpp"
 
 using namespace haptic;
@@ -187,6 +188,13 @@ TEST_SUITE("tools.held_parts") {
     REQUIRE(PartScenes::open(peg.view, parts) == RtStatus::kOk);
     CHECK(parts.others_of(0).size() == 2);
     CHECK(peg.view.bodies().size() == 4);
+  }
+
+  TEST_CASE("the compiler says which parts the hand may hold") {
+    const CompiledScene compiled =
+        compile_scene(parse_scene_file(all_parts(), "parts.toml", "."), {});
+    CHECK(haptic::test::has(summary_as_text(compiled, "x"),
+                            "one after another, 2 parts: peg, ring\n"));
   }
 
   TEST_CASE("no image is made of a scene whose parts the hand may hold") {

@@ -306,6 +306,18 @@ std::string part_line(const PartReport& part, bool moving) {
   return text + (part.certificate.holds() ? "\n" : "; certificate FAILED\n");
 }
 
+/// The parts that the hand may hold; empty: one alone moves.
+std::string held_line(const SceneFacts& facts) {
+  std::string names;
+  std::size_t count = 0;
+  for (const BodyFacts& body : facts.bodies) {
+    if (body.held_bytes.value_or(0) == 0) continue;
+    names += (count++ > 0 ? ", " : "") + body.name;
+  }
+  if (count == 0) return "";
+  return "held         one after another, " + grouped(count) + " parts: " + names + "\n";
+}
+
 std::string stiffness_line(const SceneFacts& facts) {
   const CouplingParameters& k = facts.parameters.coupling;
   if (facts.parameters.law != LawId::kProxy) {
@@ -497,6 +509,7 @@ std::string summary_as_text(const CompiledScene& compiled, const std::string& ou
     }
     text += fixed;
   }
+  text += held_line(facts);
   text += "pairs        " + grouped(facts.pair_count) + " pairs of pieces";
   if (proxy) {
     const bool follows_some = (c.unproven & kUnprovenNearPairs) != 0;
