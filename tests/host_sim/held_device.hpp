@@ -81,7 +81,7 @@ class HeldDevice final : private hal::LinkObserver {
   /// Periods of the device pass. False: they do not.
   [[nodiscard]] bool pass(std::size_t periods) const;
 
-  /// The servo process reads address 0 just before its next tick.
+  /// The servo process is ended by SIGSEGV just before its next tick.
   void crash_servo() { flags().crash.store(true); }
   /// The USB thread hangs, as if this process were dead; or goes on.
   void hang_usb(bool hangs) { hangs_.store(hangs); }
