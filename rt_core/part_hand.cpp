@@ -61,7 +61,7 @@ RtStatus PartHand::begin(const PartScenes& parts, const Room& one, const Room& o
   part_.store(0, std::memory_order_release);
   side_ = 0;
   hash_ = 0;
-  was_taken_ = begins_ = false;
+  from_place_ = was_taken_ = begins_ = false;
   const RtStatus status = open(0, sides_[0]);
   if (status != RtStatus::kOk) return status;
   // It is held as in a scene of one part: its goal is the device's pose.
@@ -90,8 +90,9 @@ void PartHand::reset() noexcept {
   const Phase phase = this->phase();
   if (phase == Phase::kEmpty || phase == Phase::kPrepared) return;
   core().reset();
-  begins_ = part() != 0 && was_taken_;
-  if (begins_) core().begin_at(felt_wa_);
+  // A reset drops the offset by which the hand leads it from where it was taken.
+  begins_ = from_place_ || phase == Phase::kLettingGo;
+  if (begins_) core().begin_at(was_taken_ ? felt_wa_ : pose_of(places_[part()]));
 }
 
 Vec3 PartHand::grip_a() const noexcept { return grip_of(scene()); }
@@ -128,7 +129,7 @@ StepResult PartHand::step(const StepInput& input) noexcept {
     side_ = 1 - side_;
     part_.store(next_, std::memory_order_release);
     was_taken_ = false;
-    begins_ = true;
+    from_place_ = begins_ = true;
     phase_.store(Phase::kHolding, std::memory_order_release);
   }
   StepInput given = led(input);

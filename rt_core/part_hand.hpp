@@ -42,11 +42,11 @@ class PartHand {
 
   /// One tick. While the hand holds nothing the wrench is zero, proxy_pose_wa is where the last
   /// part was left, and goal_pose_wa where the hand would lead it. StepInput::pose_wa is that of
-  /// the first part's mesh frame as the hand leads it, whatever part is held: every part is led by
-  /// its own grip point as the first one is by its, on from where it was taken.
+  /// the first part's mesh frame as the hand leads it, also while another part is held: each is led
+  /// by its own grip point as the first one is by its, on from where it was taken.
   [[nodiscard]] StepResult step(const StepInput& input) noexcept;
-  /// Forgets all contact history. A part other than the first stays where it is felt until the next
-  /// step, and goes on from there.
+  /// Forgets all contact history. A part that was taken, or is being let go, stays where it is felt;
+  /// the first part, as long as it has not been let go, begins where the device leads it.
   void reset() noexcept;
   /// Lets go: the wrench fades by the ramp of the clutch, and the part stays. Without effect where
   /// the hand holds nothing.
@@ -91,6 +91,7 @@ class PartHand {
   std::uint64_t hash_ = 0;
   Vec3 first_grip_a_ = Vec3::Zero();   ///< of the first part, in its mesh frame
   Pose taken_wa_, felt_wa_, left_wa_;  ///< of the part that is held, or was last
+  bool from_place_ = false;            ///< it was taken where it lay
   bool was_taken_ = false;             ///< there was a step with it
   bool begins_ = false;  ///< the next step is the first of a core that begins at a place
   std::atomic<std::uint32_t> part_{0};

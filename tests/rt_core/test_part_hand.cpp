@@ -153,7 +153,7 @@ TEST_SUITE("rt_core.part_hand") {
     CHECK(bench.last.wrench_w.force_w.norm() == 0);
     CHECK((bench.last.proxy_pose_wa.p_wa - felt.p_wa).norm() <= static_cast<Real>(kNear_m));
 
-    // The second block is taken where it lies, whatever the device's pose, and with no force.
+    // The second block is taken where it lies, by a device elsewhere, and with no force.
     bench.largest_step_n = 0;
     REQUIRE(bench.hand.prepare(1) == RtStatus::kOk);
     bench.step(bench.device);
@@ -206,6 +206,54 @@ TEST_SUITE("rt_core.part_hand") {
     }
     CHECK(bench.hand.places()[0] == first);
     CHECK(bench.hand.places()[1] == second);
+  }
+
+  TEST_CASE("a reset leaves a part that was taken, or is being let go, where it is felt") {
+    const auto apart_m = [](const StepResult& result, const Pose& from) {
+      return static_cast<double>((result.proxy_pose_wa.p_wa - from.p_wa).norm());
+    };
+    Bench bench;
+    bench.step(bench.device);
+    // The first part, led from its start on: it begins where the device is.
+    bench.hand.reset();
+    CHECK(bench.step({0, 0, 0.04}).proxy_pose_wa.p_wa.z() == 0.04_r);
+
+    // Being let go while it presses.
+    bench.go({0, 0, kBlockHalf_m - 2e-3}, 400);
+    const Pose pressed = bench.last.proxy_pose_wa;
+    bench.hand.release();
+    for (int k = 0; k < 5; ++k) bench.step(bench.device);
+    bench.hand.reset();
+    bench.step({0.01, 0, 0.05});
+    CHECK(apart_m(bench.last, pressed) <= kNear_m);
+    for (int k = 0; k < 100; ++k) bench.step(bench.device);
+    REQUIRE(bench.hand.phase() == PartHand::Phase::kEmpty);
+    CHECK(apart_m(bench.last, pressed) <= kNear_m);
+
+    // Each one taken where it lies by a device far away; the first time before it has had a tick.
+    bench.go({0.02, 0.03, 0.07}, 100);
+    for (const std::uint32_t part : {0u, 1u, 0u}) {
+      CAPTURE(part);
+      const PartPlace place = bench.hand.places()[part];
+      REQUIRE(bench.hand.prepare(part) == RtStatus::kOk);
+      CHECK(bench.step({NAN, 0, 0}).status != RtStatus::kOk);
+      bench.hand.reset();
+      bench.step({0.02, 0.03, 0.07});
+      for (int k = 0; k < 3; ++k)
+        CHECK(std::abs(static_cast<double>(bench.last.proxy_pose_wa.p_wa[k]) - place.p_wa_m[k]) <=
+              kNear_m);
+      for (int k = 0; k < 100; ++k) bench.step(bench.device);
+      bench.go({0.02, 0.03, 0.075}, 50);
+      const Pose lifted = bench.last.proxy_pose_wa;
+      CHECK(static_cast<double>(lifted.p_wa.z()) - place.p_wa_m[2] ==
+            doctest::Approx(0.005).epsilon(1e-3));
+      bench.hand.reset();
+      bench.step({-0.01, 0.02, 0.06});
+      CHECK(apart_m(bench.last, lifted) <= kNear_m);
+      CHECK(bench.last.wrench_w.force_w.norm() == 0);
+      bench.go({0.02, 0.03, 0.07}, 50);
+      bench.let_go();
+    }
   }
 
   TEST_CASE("what cannot be held is refused, and changes nothing") {

@@ -201,7 +201,9 @@ HAPTIC_API int haptic_core_replay(haptic_core* core, haptic_replay* replay);
 /// The verdict so far. Threads as haptic_core_step; constant cost.
 HAPTIC_API int haptic_core_verdict(haptic_core* core, haptic_verdict* verdict);
 
-/// Forgets all contact and the verdict: the next tick is a first tick. Threads as haptic_core_step.
+/// Forgets all contact and the verdict: the next tick is a first tick. Of a scene whose parts are
+/// held one after another each stays where it is, but for the first as long as it has not been let
+/// go. Threads as haptic_core_step.
 /// Cost: one pass over the memory.
 HAPTIC_API int haptic_core_reset(haptic_core* core);
 
@@ -217,8 +219,8 @@ typedef struct haptic_body {
 
 /// Hand 0 holds `part`, which it takes where the part is, with no force. HAPTIC_ERROR_BUSY: it
 /// lets go of what it holds first; step on, and call again until it is HAPTIC_OK: then the next
-/// step takes the part. The pose that a step is given stays that of the first part, whatever is
-/// held: each part is led by its own grip point as the first one is by its. Threads as
+/// step takes the part. The pose that a step is given stays that of the first part, also while
+/// another is held: each part is led by its own grip point as the first one is by its. Threads as
 /// haptic_core_step. Cost: one pass over the part's scene, outside of any step.
 HAPTIC_API int haptic_core_hold_part(haptic_core* core, uint32_t hand, uint32_t part);
 

@@ -69,6 +69,30 @@ const cases = {
     assert.ok(Math.abs(again[2] - 60) < 0.1, `the peg is not where it starts: ${again}`);
     await pages.close(page);
   },
+
+  async "back to the start with the first part in the hand: the others are drawn where they start"() {
+    const drawn = async (page) => {
+      await page.waitForTimeout(2500);  // at rest it is drawn as finely as ever
+      return page.locator("#physical").screenshot();
+    };
+    const page = await pages.open(sevenParts);
+    await holds(page, "peg");
+    await page.locator("#physical").focus();
+    await page.keyboard.press("c");
+    await page.keyboard.press("Home");
+    const before = await drawn(page);
+    await page.locator("#hold").selectOption({ label: "ring" });
+    await holds(page, "ring");
+    await page.locator("#physical").focus();
+    await lead(page, "ArrowUp", ([, , z]) => z > 20);
+    await page.locator("#hold").selectOption({ label: "peg" });
+    await holds(page, "peg");
+    assert.ok(!before.equals(await drawn(page)), "the ring is drawn where it was");
+    await page.locator("#physical").focus();
+    await page.keyboard.press("Home");
+    assert.ok(before.equals(await drawn(page)), "something is drawn elsewhere than at the start");
+    await pages.close(page);
+  },
 };
 
 await pages.run(cases);

@@ -43,17 +43,22 @@ BlockOnPlate::BlockOnPlate()
   input.stiffness_n_per_m = 500;
 }
 
-std::span<const std::byte> block_scene() {
-  static const CompiledHandle compiled = [] {
-    const BlockOnPlate scene;
-    haptic_compiled* handle = nullptr;
-    REQUIRE(haptic_compile(&scene.input, &handle) == HAPTIC_OK);
-    return CompiledHandle(handle);
-  }();
+CompiledHandle compiled(const haptic_compile_input& input) {
+  haptic_compiled* handle = nullptr;
+  REQUIRE(haptic_compile(&input, &handle) == HAPTIC_OK);
+  return CompiledHandle(handle);
+}
+
+std::span<const std::byte> bytes_of(const CompiledHandle& compiled) {
   const void* bytes = nullptr;
   std::size_t count = 0;
   REQUIRE(haptic_compiled_bytes(compiled.get(), &bytes, &count) == HAPTIC_OK);
   return {static_cast<const std::byte*>(bytes), count};
+}
+
+std::span<const std::byte> block_scene() {
+  static const CompiledHandle scene = compiled(BlockOnPlate().input);
+  return bytes_of(scene);
 }
 
 void CoreBench::Free::operator()(void* p) const { std::free(p); }

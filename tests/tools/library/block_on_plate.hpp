@@ -35,6 +35,10 @@ struct FreeCompiled {
 };
 using CompiledHandle = std::unique_ptr<haptic_compiled, FreeCompiled>;
 
+[[nodiscard]] CompiledHandle compiled(const haptic_compile_input& input);
+/// As long as the handle lives.
+[[nodiscard]] std::span<const std::byte> bytes_of(const CompiledHandle& compiled);
+
 /// The scene, compiled once for the program.
 [[nodiscard]] std::span<const std::byte> block_scene();
 

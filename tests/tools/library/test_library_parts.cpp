@@ -36,16 +36,8 @@ struct TwoBlocks : BlockOnPlate {
 };
 
 std::span<const std::byte> two_blocks() {
-  static const CompiledHandle compiled = [] {
-    const TwoBlocks scene;
-    haptic_compiled* handle = nullptr;
-    REQUIRE(haptic_compile(&scene.input, &handle) == HAPTIC_OK);
-    return CompiledHandle(handle);
-  }();
-  const void* bytes = nullptr;
-  std::size_t count = 0;
-  REQUIRE(haptic_compiled_bytes(compiled.get(), &bytes, &count) == HAPTIC_OK);
-  return {static_cast<const std::byte*>(bytes), count};
+  static const CompiledHandle scene = compiled(TwoBlocks().input);
+  return bytes_of(scene);
 }
 
 /// A core with a hand that is led from place to place at 0.1 m/s.

@@ -43,6 +43,8 @@ class Runner {
   private wanted = -1;
   /** the next tick takes a part */
   private takes = false;
+  /** the hand has let go since all parts were where they start */
+  private hasLetGo = false;
   private samples: number[] = [];
   private cut = true;
   private saved: { tick: number; state: ArrayBuffer }[] = [];
@@ -133,10 +135,17 @@ class Runner {
     };
   }
 
-  /** Another body is in the hand: tells the page where the parts are. */
+  /** Each part where it starts. */
+  private putBack(): void {
+    this.core.reset();
+    this.wanted = -1;
+    this.takes = false;
+    if (this.hasLetGo) this.tellParts();
+    this.hasLetGo = false;
+  }
+
+  /** Another body is in the hand, or others have moved: tells the page where the parts are. */
   private tellParts(): void {
-    const { parts } = this.facts;
-    if (!parts || this.core.parts()?.bodies[0] === parts.bodies[0]) return;
     this.hand = this.handAtDevice();
     this.facts = this.describe();
     this.selected = null;
@@ -147,6 +156,7 @@ class Runner {
   hold(part: number): void {
     if (!this.facts.parts || this.live) return;
     if (this.mode !== "hand") this.setMode("hand");
+    this.hasLetGo = true;
     if (part < 0) this.core.release();
     this.wanted = part === this.core.parts()!.held ? -1 : part;
   }
@@ -305,11 +315,8 @@ class Runner {
 
   seek(tick: number): void {
     if (!this.recording || this.saved.length === 0) return;
-    // A recording is of the part that is held at first.
-    if (this.facts.parts && this.core.parts()!.bodies[0] !== 0) {
-      this.core.reset();
-      this.tellParts();
-    }
+    // A recording is of the part that is held at first, and its saved states are of that part's core.
+    if (this.hasLetGo) this.putBack();
     const to = Math.max(0, Math.min(tick, this.recording.ticks - 1));
     const from = this.saved.filter((s) => s.tick <= to).at(-1)!;
     this.core.restore(from.state);
@@ -326,12 +333,9 @@ class Runner {
       return;
     }
     if (this.recording && this.mode !== "hand") return this.seek(0);
-    this.core.reset();
+    this.putBack();
     this.core.beginVerdict();
     this.tick = 0;
-    this.wanted = -1;
-    this.takes = false;
-    this.tellParts();
     this.step(this.facts.start, 0n, true);
     this.hand.place(this.device);
     this.samples = [];
