@@ -135,44 +135,49 @@ Real Proxy::rise_of(const FrictionCone& cone, const PoseError& motion) const noe
   return is_locked() ? rise_m : rise_m + turned_m(cone.arm, cone.normal_w, motion.rotation_rad);
 }
 
-/// Adds half spaces where the solution violates a cone, until it keeps all of them.
+/// Adds half spaces where the solution violates a cone.
 ///
 /// The force of a cone is against its slip, so both have one direction, which f - slip has as well,
 /// with the force f of the rows so far as a length. Where a point hardly slides its slip alone says
 /// little: an error of f's direction comes back in it times the ratio of pull and slip.
+Proxy::Cut Proxy::cut_once(const PoseError& error, Real tolerance_m) noexcept {
+  const PoseError motion = asked(program_.found.z, error);
+  const auto against = [&](std::uint32_t k, const Vec3& slip) {
+    Vec3 t = -slip;
+    for (std::uint32_t i = 0; i < program_.found.active_count; ++i) {
+      const std::uint32_t row = program_.found.active[i];
+      if (program_.row_cone[row] != k) continue;
+      t += program_.found.multiplier[i] *
+           (Vec3(program_.rows[row].g.head<3>()) - program_.cones[k].normal_w);
+    }
+    return t;
+  };
+  Cut cut = Cut::kNone;
+  for (std::uint32_t k = 0; k < program_.cones.size(); ++k) {
+    FrictionCone& cone = program_.cones[k];
+    const Vec3 slip = slip_of(cone, motion);
+    const Real length = std::sqrt(slip.squaredNorm());
+    const Real some_m =
+        std::min(kConeShare * cone.friction * length, kLeftOut * parameters_.scale.tolerance_m);
+    const Real leave = std::max(some_m, tolerance_m);
+    const Real room = rise_of(cone, motion) - cone.least_m + cone.friction * cone.shift_m;
+    if (!(cone.friction * length - room > leave)) continue;
+    Vec3 t = against(k, slip);
+    const Real size = std::sqrt(t.squaredNorm());
+    t /= size;
+    if (!(cone.friction * -t.dot(slip) - room > leave)) t = -slip / length;
+    if (!push_cone_row(k, t, error)) return Cut::kNoRoom;
+    cone.direction_w = t;
+    cut = Cut::kSome;
+  }
+  return cut;
+}
+
+/// The same until it keeps all of them.
 void Proxy::cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick) noexcept {
   if (!kSceneTraits.friction || program_.cones.empty()) return;
   for (; program_.cone_programs < kMaxConePrograms; ++program_.cone_programs) {
-    const PoseError motion = asked(program_.found.z, error);
-    const auto against = [&](std::uint32_t k, const Vec3& slip) {
-      Vec3 t = -slip;
-      for (std::uint32_t i = 0; i < program_.found.active_count; ++i) {
-        const std::uint32_t row = program_.found.active[i];
-        if (program_.row_cone[row] != k) continue;
-        t += program_.found.multiplier[i] *
-             (Vec3(program_.rows[row].g.head<3>()) - program_.cones[k].normal_w);
-      }
-      return t;
-    };
-    bool cut = false;
-    for (std::uint32_t k = 0; k < program_.cones.size(); ++k) {
-      FrictionCone& cone = program_.cones[k];
-      const Vec3 slip = slip_of(cone, motion);
-      const Real length = std::sqrt(slip.squaredNorm());
-      const Real some_m =
-          std::min(kConeShare * cone.friction * length, kLeftOut * parameters_.scale.tolerance_m);
-      const Real leave = std::max(some_m, tolerance_m);
-      const Real room = rise_of(cone, motion) - cone.least_m + cone.friction * cone.shift_m;
-      if (!(cone.friction * length - room > leave)) continue;
-      Vec3 t = against(k, slip);
-      const Real size = std::sqrt(t.squaredNorm());
-      t /= size;
-      if (!(cone.friction * -t.dot(slip) - room > leave)) t = -slip / length;
-      if (!push_cone_row(k, t, error)) return;
-      cone.direction_w = t;
-      cut = true;
-    }
-    if (!cut) return;
+    if (cut_once(error, tolerance_m) != Cut::kSome) return;
     if (!has_budget(tick) && program_.cone_programs >= kGrantedConePrograms) {
       tick.limited = true;
       return;

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "rt_core/contact/piece_sphere.hpp"
+#include "rt_core/proxy/pass_numbers.hpp"
 #include "rt_core/proxy/proxy_step.hpp"
 
 namespace haptic {
@@ -48,10 +49,6 @@ constexpr Real kOnItsWay = 0.02_r;
 constexpr std::uint32_t kPatience = 48, kMostHeld = kPatience + 2 * 128;
 /// Passes of a tick that may go no farther than a few times the tolerance.
 constexpr std::uint32_t kMostShortPasses = 2;
-/// With one goal the planes are chosen from the start in every such tick.
-constexpr std::uint32_t kChoicePeriod = 4;
-/// Ticks with one goal of which every pass was rejected, after which nothing is tried any more.
-constexpr std::uint32_t kLeastHeld = 4;
 /// A choice of planes from the start that the budget cuts goes on in the next ticks, up to so many.
 constexpr std::uint32_t kMostChoices = 3;
 

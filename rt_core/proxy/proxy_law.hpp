@@ -66,6 +66,8 @@ class Proxy {
                                        BoundedList<NearNode>& near, PairPose& pose) noexcept;
 
  private:
+  friend class BodyPair;  ///< asks for the contact side alone
+
   struct Step;
   struct Check;
   class StepCheck;
@@ -201,6 +203,7 @@ class Proxy {
                                ProxyTick& tick) noexcept;
   [[nodiscard]] Real choose_way_out(ProxyTick& tick) noexcept;
   [[nodiscard]] Vec3 short_way_out(ProxyTick& tick) noexcept;
+  [[nodiscard]] Vec3 next_way_out(ProxyTick& tick) noexcept;
   void lead_out(const GripPose& goal, ProxyTick& tick) noexcept;
   void go_out(const Vec3& way_m, const GripPose& goal, ProxyTick& tick) noexcept;
 
@@ -269,6 +272,8 @@ class Proxy {
                               Real least_m, const PoseError& error) noexcept;
   [[nodiscard]] bool push_cone_row(std::uint32_t at, const Vec3& direction_w,
                                    const PoseError& error) noexcept;
+  enum class Cut : std::uint8_t { kNone, kSome, kNoRoom };
+  [[nodiscard]] Cut cut_once(const PoseError& error, Real tolerance_m) noexcept;
   void cut_cones(const PoseError& error, Real tolerance_m, ProxyTick& tick) noexcept;
   [[nodiscard]] Vec3 slip_of(const FrictionCone& cone, const PoseError& motion) const noexcept;
   [[nodiscard]] Real rise_of(const FrictionCone& cone, const PoseError& motion) const noexcept;

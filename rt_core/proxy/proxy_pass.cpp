@@ -4,20 +4,10 @@
 #include <cmath>
 
 #include "rt_core/base/rotation.hpp"
+#include "rt_core/proxy/pass_numbers.hpp"
 #include "rt_core/proxy/proxy_step.hpp"
 
 namespace haptic {
-namespace {
-
-/// Shares of the tolerance: a gap that deep is eased, by so much in a pass.
-constexpr Real kDeepShare = 0.25_r, kEasedShare = 0.125_r;
-/// Share of the pull that friction may leave of a part that rests: what creeps so slowly would
-/// hardly come to an end.
-constexpr Real kRestShare = 3.0e-4_r, kRestTolerances = 3;
-/// Gaps less negative than this share of the tolerance are not worth a closing.
-constexpr Real kClosedShare = 0.02_r;
-
-}  // namespace
 
 Proxy::Step Proxy::step_by(const Vec3& dx_m, const Vec3& dtheta_rad) const noexcept {
   Step step{moved(part_.pose, dx_m, dtheta_rad), dx_m, dtheta_rad};

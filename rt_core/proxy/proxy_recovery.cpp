@@ -115,20 +115,25 @@ Real Proxy::choose_way_out(ProxyTick& tick) noexcept {
   return way_m;
 }
 
-/// A pass of recovery: straight on along the way out until p is free, for any goal.
-void Proxy::lead_out(const GripPose& goal, ProxyTick& tick) noexcept {
+/// What a pass of recovery goes: straight on along the way out.
+Vec3 Proxy::next_way_out(ProxyTick& tick) noexcept {
   const Real most_m = parameters_.scale.recovery_step_m;
   Vec3 way_w = out_.way_w.isZero(0) ? short_way_out(tick) : Vec3(Vec3::Zero());
   if (const Real far_m = std::sqrt(way_w.squaredNorm()); far_m > 0) {
     if (far_m > most_m) way_w *= most_m / far_m;
-    return go_out(way_w, goal, tick);
+    return way_w;
   }
   const Real way_m =
       out_.way_w.isZero(0) ? choose_way_out(tick) : way_out_m(out_.way_w, Real{0}, kEndless, tick);
   // Some pair is inside: where the budget did not tell how far, as far as a pass may go. What is
   // apart by the way may be deep by what counts as free; steps end no deeper, so out to its face.
   const Real out_m = way_m > 0 ? way_m + parameters_.scale.tolerance_m / 2 : most_m;
-  go_out(std::min(out_m, most_m) * out_.way_w, goal, tick);
+  return std::min(out_m, most_m) * out_.way_w;
+}
+
+/// A pass of recovery, until p is free, for any goal.
+void Proxy::lead_out(const GripPose& goal, ProxyTick& tick) noexcept {
+  go_out(next_way_out(tick), goal, tick);
 }
 
 /// p by so much on its way out.

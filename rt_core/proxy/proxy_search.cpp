@@ -4,26 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "rt_core/proxy/pass_numbers.hpp"
 #include "rt_core/proxy/proxy_step.hpp"
 
 namespace haptic {
 namespace {
-
-/// By how much the first retry shrinks the trust region; in the last one it is kLastTolerances. A
-/// part that rolls as it slides settles where the pull along the surface is as small against that
-/// into it as the last region is short [rad]; and planes that a pair has beside the best one are
-/// not imposed for so short a step.
-constexpr Real kRetryShare = 0.1_r;
-/// Rows linearised at a step hold a part that they let move by no more than this share of its way.
-constexpr Real kHeldBack = 0.02_r;
-/// A step that meets a pair where no plane of it is in the way is tried again with this share of
-/// it, some times, and then with what the pair has room for, or at least that share.
-constexpr Real kNearerShare = 0.25_r, kRoomShare = 0.9_r, kLeastRoom = 1.0e-3_r;
-constexpr std::uint32_t kMostNearer = 3;
-/// A step uses up no more than this share of what a list of near pairs leaves that takes long.
-constexpr Real kListShare = 0.9_r;
-/// A retry goes this many of the scale's steps far at the most.
-constexpr Real kRetrySteps = 8;
 
 /// Violation of a row that the quadratic program may leave: a share of the tolerance, or what
 /// rounding makes of numbers as large as the error.

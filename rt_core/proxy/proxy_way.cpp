@@ -3,16 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt_core/proxy/pass_numbers.hpp"
 #include "rt_core/proxy/proxy_step.hpp"
 
 namespace haptic {
 namespace {
 
-/// A pull that is let go falls by this much in a tick, its torque by this much at the part's
-/// radius, and either by at least this share of it.
-constexpr Real kRelease_n = 1.0_r, kReleaseTurn_n = 0.75_r, kReleaseShare = 0.05_r;
-/// A turn is at most this multiple of the chord between its quaternions.
-constexpr Real kTurnOfChord = 2.25_r;
 /// Programs of one round with rows for what p may move by. They are worth it where the way and the
 /// turn may be done to shares this far apart.
 constexpr std::uint32_t kMaxBoundsOfRound = 2;
