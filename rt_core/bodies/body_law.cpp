@@ -11,11 +11,8 @@
 namespace haptic {
 namespace {
 
-constexpr Real kNoLimit = std::numeric_limits<Real>::max();
 /// Passes of a tick that may go no farther than a few times the tolerance.
 constexpr std::uint32_t kMostShortSteps = 2;
-
-Real length_of(const Vec3& v) noexcept { return std::sqrt(v.squaredNorm()); }
 
 bool is_same(const GripPose& one, const GripPose& other) noexcept {
   return one.x0_w == other.x0_w && one.q_wa.coeffs() == other.q_wa.coeffs();

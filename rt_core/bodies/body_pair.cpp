@@ -10,12 +10,6 @@
 #include "rt_core/proxy/proxy_step.hpp"
 
 namespace haptic {
-namespace {
-
-constexpr Real kNoLimit = std::numeric_limits<Real>::max();
-
-}  // namespace
-
 GripPose seen_from(const GripPose& b, const Vec3& grip_b_m, const GripPose& a) noexcept {
   GripPose seen;
   seen.x0_w = b.r_wa.transpose() * (a.x0_w - b.x0_w) + grip_b_m;

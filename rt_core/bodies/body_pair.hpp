@@ -8,7 +8,9 @@
 /// the way that is straight there: no two bodies pass through each other, however they turn
 /// together. Against all that stands, B's axes are those of W.
 
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "rt_core/bodies/block_program.hpp"
@@ -21,6 +23,9 @@ inline constexpr std::uint32_t kStanding = UINT32_MAX;
 
 /// A body's motion: of its grip point, and its turn. W axes.
 using BodyMotion = PoseError;
+
+inline constexpr Real kNoLimit = std::numeric_limits<Real>::max();
+[[nodiscard]] inline Real length_of(const Vec3& v) noexcept { return std::sqrt(v.squaredNorm()); }
 
 /// The motion that leads from where `carry` does to where `whole` does.
 [[nodiscard]] BodyMotion beyond(const BodyMotion& whole, const BodyMotion& carry) noexcept;

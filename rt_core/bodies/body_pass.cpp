@@ -8,12 +8,6 @@
 #include "rt_core/proxy/proxy_step.hpp"
 
 namespace haptic {
-namespace {
-
-Real length_of(const Vec3& v) noexcept { return std::sqrt(v.squaredNorm()); }
-
-}  // namespace
-
 Real BodyLaw::sum_j() const noexcept {
   Real sum = 0;
   for (const Body& body : bodies())

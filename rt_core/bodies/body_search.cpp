@@ -13,8 +13,6 @@ namespace {
 /// Rounds more for every further body: each may meet as much as one does.
 constexpr std::uint32_t kRoundsOfBody = 4;
 
-Real length_of(const Vec3& v) noexcept { return std::sqrt(v.squaredNorm()); }
-
 std::uint32_t rounds_for(std::uint32_t bodies) noexcept {
   return kProxyRounds + kRoundsOfBody * (bodies - 1);
 }
