@@ -156,6 +156,7 @@ class BodyLaw {
   [[nodiscard]] Step step_by(
       const std::array<BodyMotion, kMostMovingBodies>& motion) const noexcept;
   [[nodiscard]] bool is_still(const Step& step) const noexcept;
+  [[nodiscard]] bool gains_nothing(const Step& step) const noexcept;
   [[nodiscard]] Check check(const Step& step, Real least_m, bool knows_last,
                             ProxyTick& tick) noexcept;
   /// Bodies of a pair whose way is not certified go this share of it.

@@ -226,7 +226,7 @@ BodyPair::Check BodyPair::check(Real least_m, bool knows_last, ProxyTick& tick) 
   return {found.ok, found.lacking_m, found.share, proxy_.move_.spent};
 }
 
-bool BodyPair::impose_lacking(Real least_m, Real least_share, Real& share,
+bool BodyPair::impose_lacking(Real least_m, Real taken, Real least_share, Real& share,
                               ProxyTick& tick) noexcept {
   const Proxy::Step step{step_q_, step_.translation_m, step_.rotation_rad};
   Proxy::Check found;
@@ -248,18 +248,18 @@ bool BodyPair::impose_lacking(Real least_m, Real least_share, Real& share,
   const bool had_far_rows = program.far_rows;
   program.far_rows = false;
   const bool fits = proxy_.impose(met < pass.reached.size() ? met : worst_, step, error_, tick);
-  if (program.far_rows) straighten(rows, cones);
+  if (program.far_rows) straighten(rows, cones, taken);
   program.far_rows = program.far_rows || had_far_rows;
   return fits;
 }
 
-/// Rows at a step ask for what is missing there by its true motion; they are to be kept by its
-/// motion to first order.
-void BodyPair::straighten(std::uint32_t rows, std::uint32_t cones) noexcept {
-  if (!has_b()) return;
+/// Rows at a step ask for what is missing there by its true motion. They are to be kept by its
+/// motion to first order, and by the share of it that is taken.
+void BodyPair::straighten(std::uint32_t rows, std::uint32_t cones, Real taken) noexcept {
+  if (!has_b() || !(taken > 0)) return;
   PassProgram& program = proxy_.program_;
-  const Vec3 way = linear_.translation_m - step_.translation_m;
-  const Vec3 turn = linear_.rotation_rad - step_.rotation_rad;
+  const Vec3 way = (linear_.translation_m - step_.translation_m) / taken;
+  const Vec3 turn = (linear_.rotation_rad - step_.rotation_rad) / taken;
   for (std::uint32_t k = rows; k < program.rows.size(); ++k) {
     QpRow& row = program.rows[k];
     row.h += row.g.head<3>().dot(way) + row.g.tail<3>().dot(turn);

@@ -27,6 +27,8 @@ using BodyMotion = PoseError;
 inline constexpr Real kNoLimit = std::numeric_limits<Real>::max();
 [[nodiscard]] inline Real length_of(const Vec3& v) noexcept { return std::sqrt(v.squaredNorm()); }
 
+[[nodiscard]] inline Real hypotenuse(Real x, Real y) noexcept { return std::sqrt(x * x + y * y); }
+
 /// The motion that leads from where `carry` does to where `whole` does.
 [[nodiscard]] BodyMotion beyond(const BodyMotion& whole, const BodyMotion& carry) noexcept;
 /// First by `carry`, then by `more`.
@@ -134,7 +136,8 @@ class BodyPair {
   /// Adds the plane that comes closest to certifying what the last check found to lack most; false:
   /// no room. `share` < 1: no plane is in the way there, and that share of the step is to be tried,
   /// at least `least_share`.
-  [[nodiscard]] bool impose_lacking(Real least_m, Real least_share, Real& share,
+  /// The step is the share `taken` of what the program asks for.
+  [[nodiscard]] bool impose_lacking(Real least_m, Real taken, Real least_share, Real& share,
                                     ProxyTick& tick) noexcept;
   /// Rows of the planes imposed, at p alone; `from_start`: without any plane.
   void begin_retry(bool from_start, bool is_short, ProxyTick& tick) noexcept;
@@ -172,7 +175,7 @@ class BodyPair {
 
  private:
   void arrive() noexcept;
-  void straighten(std::uint32_t rows, std::uint32_t cones) noexcept;
+  void straighten(std::uint32_t rows, std::uint32_t cones, Real taken) noexcept;
   [[nodiscard]] PlaneGap gap_at_step(const ReachedPair& reached, ProxyTick& tick) const noexcept;
 
   Proxy proxy_;

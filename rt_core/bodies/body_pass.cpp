@@ -45,6 +45,13 @@ bool BodyLaw::is_still(const Step& step) const noexcept {
   return true;
 }
 
+/// True if the goals rest and a step lowers the energy by no more than bodies at rest may leave.
+bool BodyLaw::gains_nothing(const Step& step) const noexcept {
+  if (held_ == 0 || close_m_ > 0) return false;
+  const Real start_j = sum_j();
+  return start_j - sum_j(step) < kIdleShare * start_j;
+}
+
 void BodyLaw::shorten(const BodyPair& pair, Real share) noexcept {
   bodies_[pair.a()].share *= share;
   if (pair.has_b()) bodies_[pair.b()].share *= share;
@@ -234,7 +241,7 @@ bool BodyLaw::PassTry::rests(Real residual_n) const noexcept {
     if (!body.is.is_held_back) continue;
     const Real turn_m = body.secant.length_m * length_of(body.error.rotation_rad);
     pull_n = std::max(
-        pull_n, body.secant.k_t_n_per_m * std::hypot(length_of(body.error.translation_m), turn_m));
+        pull_n, body.secant.k_t_n_per_m * hypotenuse(length_of(body.error.translation_m), turn_m));
     most_n = std::min(most_n, body.secant.k_t_n_per_m * kRestTolerances * scale_.tolerance_m);
   }
   return residual_n <= std::min(kRestShare * pull_n, most_n);
@@ -338,11 +345,12 @@ BodyLaw::PassEnd BodyLaw::PassTry::run() noexcept {
   if (ok && law_.is_short_ && !law_.has_friction() && !go_without_turn()) return PassEnd::kSpent;
   if (!ok) ok = rescue();
   if (!ok) {
-    // All are free: nothing is lost. The next pass chooses its planes from the start.
-    law_.choose_from_start_ = true;
+    // All are free: nothing is lost. The next pass chooses its planes from the start; that to close
+    // a gap would cost too much says nothing of them.
+    law_.choose_from_start_ = !closes_;
     law_.may_close_ = false;
-    tick_.work.rejected += 1;
-    tick_.limited = true;
+    tick_.work.rejected += closes_ ? 0 : 1;
+    tick_.limited = tick_.limited || !closes_;
     return PassEnd::kRejected;
   }
   told_.end_potential_j = end_j_;

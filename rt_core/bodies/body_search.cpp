@@ -185,7 +185,7 @@ void BodyLaw::StepSearch::solve() noexcept {
     if (!body.is.is_held_back) continue;
     const Real turn_m = body.secant.length_m * length_of(body.wish.rotation_rad);
     residual_n_ = std::max(residual_n_, body.secant.k_t_n_per_m *
-                                            std::hypot(length_of(body.wish.translation_m), turn_m));
+                                            hypotenuse(length_of(body.wish.translation_m), turn_m));
   }
 }
 
@@ -304,7 +304,8 @@ BodyLaw::StepSearch::Round BodyLaw::StepSearch::impose_lacking(const Check& resu
   BodyPair& pair = law_.pairs_[result.worst];
   const Real least_share = nearer_ < kMostNearer ? kNearerShare : kLeastRoom;
   Real share = 1;
-  if (!pair.impose_lacking(-scale_.tolerance_m / 2, least_share, share, tick_)) return Round::kNone;
+  if (!pair.impose_lacking(-scale_.tolerance_m / 2, s_[pair.a()], least_share, share, tick_))
+    return Round::kNone;
   if (share < 1) {
     law_.shorten(pair, share);
     shared_ = true;
@@ -331,7 +332,7 @@ bool BodyLaw::StepSearch::run(Step& step) noexcept {
     const Check result = law_.check(step, -scale_.tolerance_m / 2, round_ > 0, tick_);
     spent_ = result.spent;
     if (spent_) return false;
-    const bool still = law_.is_still(step);
+    const bool still = law_.is_still(step) || (result.ok && law_.gains_nothing(step));
     if (result.ok) {
       const Round end = take_certified(still);
       if (end != Round::kNext) return end == Round::kFound;

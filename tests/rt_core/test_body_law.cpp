@@ -14,7 +14,7 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr bool kFloat = sizeof(Real) == sizeof(float);
+constexpr bool kIsFloat = sizeof(Real) == sizeof(float);
 
 tools::Body table() { return box({-0.2, -0.2, -0.02}, {0.2, 0.2, 0}); }
 tools::Body block(double x, double y, double z) { return box({-x, -y, -z}, {x, y, z}); }
@@ -107,7 +107,7 @@ Run wander(BodyBench& bench, const std::vector<BenchBody>& bodies, int ticks, st
     run.largest_rise_j =
         std::max(run.largest_rise_j,
                  static_cast<double>(tick.end_potential_j) -
-                     static_cast<double>(tick.start_potential_j) * (1 + (kFloat ? 1e-5 : 1e-12)));
+                     static_cast<double>(tick.start_potential_j) * (1 + (kIsFloat ? 1e-5 : 1e-12)));
     run.rejected += static_cast<int>(tick.work.rejected);
     run.recovering += tick.recovering ? 1 : 0;
     run.in_contact += tick.work.rows > 0 ? 1 : 0;
@@ -134,7 +134,7 @@ TEST_SUITE("rt_core.body_law") {
         const auto tolerance_m = static_cast<double>(bench.parameters.scale.tolerance_m);
         CHECK(run.worst_gap_m >= -tolerance_m);
         CHECK(run.worst_way_m >= -1.01 * tolerance_m);
-        CHECK(run.largest_rise_j <= (kFloat ? 1e-8 : 1e-13));
+        CHECK(run.largest_rise_j <= (kIsFloat ? 1e-8 : 1e-13));
         CHECK(run.rejected <= 6);
         CHECK(run.recovering == 0);
         CHECK(run.in_contact > 300);
@@ -195,8 +195,8 @@ TEST_SUITE("rt_core.body_law") {
     }
     // The driver gives way by F / (1e4 k) and turns by its torque over the same.
     CHECK(pull_n > 5);
-    CHECK(far_m <= (kFloat ? 1e-4 : 5e-6));
-    CHECK(force_n <= (kFloat ? 0.1 : 5e-3));
+    CHECK(far_m <= (kIsFloat ? 1e-4 : 5e-6));
+    CHECK(force_n <= (kIsFloat ? 0.1 : 5e-3));
   }
 
   TEST_CASE("a driver that squeezes a part against a table lags by what it cannot have") {
@@ -220,17 +220,17 @@ TEST_SUITE("rt_core.body_law") {
       if (t == 199) before_n = static_cast<double>(felt.force_w.norm());
       if (z > 0.031) worst_lag_free_m = std::max(worst_lag_free_m, std::abs(lag_m));
       if (t == 599) {
-        CHECK(lag_m == doctest::Approx(0.03 - least).epsilon(kFloat ? 1e-3 : 1e-5));
+        CHECK(lag_m == doctest::Approx(0.03 - least).epsilon(kIsFloat ? 1e-3 : 1e-5));
         CHECK(static_cast<double>(felt.force_w.norm()) ==
-              doctest::Approx(before_n).epsilon(kFloat ? 0.02 : 1e-3));
+              doctest::Approx(before_n).epsilon(kIsFloat ? 0.02 : 1e-3));
         CHECK(static_cast<double>(bench.law.spring_w(1).force_w.norm()) ==
               doctest::Approx(100).epsilon(1e-3));
       }
     }
-    CHECK(before_n == doctest::Approx(2).epsilon(kFloat ? 0.01 : 1e-3));
-    CHECK(worst_lag_free_m <= (kFloat ? 1e-4 : 1e-6));
-    CHECK(largest_step_n <= (kFloat ? 0.1 : 5e-3));
-    CHECK(gap_m(bench.law.pose(1), grip_pose({0.005, 0.004, from})) <= (kFloat ? 1e-6 : 1e-9));
+    CHECK(before_n == doctest::Approx(2).epsilon(kIsFloat ? 0.01 : 1e-3));
+    CHECK(worst_lag_free_m <= (kIsFloat ? 1e-4 : 1e-6));
+    CHECK(largest_step_n <= (kIsFloat ? 0.1 : 5e-3));
+    CHECK(gap_m(bench.law.pose(1), grip_pose({0.005, 0.004, from})) <= (kIsFloat ? 1e-6 : 1e-9));
   }
 
   TEST_CASE("a peg in a hole that is carried and turned fast follows its hole") {
@@ -259,8 +259,8 @@ TEST_SUITE("rt_core.body_law") {
     const GripPose seen = as_seen_from(bench.law.pose(1), bench.law.pose(0));
     CHECK(static_cast<double>(seen.x0_w.z()) == doctest::Approx(-0.01).epsilon(1e-3));
     CHECK(worst_gap >= -static_cast<double>(bench.parameters.scale.tolerance_m));
-    CHECK(lag_m <= (kFloat ? 1e-4 : 2e-6));
-    CHECK(lag_rad <= (kFloat ? 1e-2 : 2e-4));
+    CHECK(lag_m <= (kIsFloat ? 1e-4 : 2e-6));
+    CHECK(lag_rad <= (kIsFloat ? 1e-2 : 2e-4));
   }
 
   TEST_CASE("what two hands press on each other is equal and opposite") {
@@ -284,8 +284,8 @@ TEST_SUITE("rt_core.body_law") {
                            static_cast<double>((a.force_w - bench.law.spring_w(0).force_w).norm()));
     }
     CHECK(pull_n > 3);
-    CHECK(force_n <= (kFloat ? 1e-4 : 1e-12));
-    CHECK(torque_nm <= (kFloat ? 1e-3 : 1e-6));
+    CHECK(force_n <= (kIsFloat ? 1e-4 : 1e-12));
+    CHECK(torque_nm <= (kIsFloat ? 1e-3 : 1e-6));
     CHECK(at_rest_n <= 0.05);
   }
 
@@ -302,7 +302,7 @@ TEST_SUITE("rt_core.body_law") {
       apart_m.push_back(gap_m(forth.law.pose(0), back.law.pose(1)));
     }
     std::sort(apart_m.begin(), apart_m.end());
-    CHECK(apart_m[apart_m.size() / 2] <= (kFloat ? 1e-5 : 1e-9));
+    CHECK(apart_m[apart_m.size() / 2] <= (kIsFloat ? 1e-5 : 1e-9));
     CHECK(apart_m.back() <= 1e-3);
   }
 
