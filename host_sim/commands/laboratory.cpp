@@ -19,6 +19,8 @@ struct LaboratoryCommand {
 };
 constexpr LaboratoryCommand kLaboratory[] = {
     {"accept", "Which meshes the compiler takes, as what, and whether what it says is true."},
+    {"bodies-fuzz",
+     "Random hands, drivers and loose parts against each other; every tick and step judged."},
     {"calm",
      "Presses, holds and withdraws by every hand and encoder: rest, and nothing in free space."},
     {"compare-laws", "Runs a motion under the paper's law and the proxy law, side by side."},

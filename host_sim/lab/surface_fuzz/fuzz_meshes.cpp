@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "tools/common/formatted.hpp"
+#include "tools/graph_compiler/surface/surface_body.hpp"
+#include "tools/graph_compiler/surface/surface_part.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -96,6 +98,22 @@ std::vector<Triangle> triangles_of(const FuzzMesh& mesh) {
     triangles.push_back(triangle);
   }
   return triangles;
+}
+
+tools::Body facets_of(const FuzzMesh& mesh) {
+  tools::RawMesh raw;
+  raw.file = mesh.name;
+  raw.indexed = true;
+  for (const Vector& v : mesh.vertices) raw.vertices.push_back({v[0], v[1], v[2]});
+  raw.vertex_places.assign(raw.vertices.size(), 0);
+  for (const Corner& t : mesh.triangles) {
+    tools::RawFace face;
+    face.vertices.assign(t.begin(), t.end());
+    raw.faces.push_back(std::move(face));
+  }
+  tools::SurfaceOptions options;
+  options.count_crossings = false;
+  return tools::surface_body(tools::make_surface_part(raw, options), mesh.name);
 }
 
 FuzzMesh box_mesh_of(const Vector& half) {

@@ -25,6 +25,8 @@ struct FuzzMesh {
 /// The mesh as an OBJ file that reads back as itself.
 [[nodiscard]] std::string obj_text(const FuzzMesh& mesh);
 [[nodiscard]] std::vector<Triangle> triangles_of(const FuzzMesh& mesh);
+/// The mesh as a surface that the scene writer takes.
+[[nodiscard]] tools::Body facets_of(const FuzzMesh& mesh);
 
 [[nodiscard]] FuzzMesh box_mesh_of(const Vector& half);
 [[nodiscard]] FuzzMesh cylinder_mesh(std::uint32_t sides, double radius, double half_height);

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// host_sim bodies-fuzz
+#include <memory>
+
+#include "host_sim/lab/bodies_fuzz/bodies_campaign.hpp"
+#include "host_sim/lab/bodies_fuzz/bodies_cases.hpp"
+#include "host_sim/lab/commands/campaign_command.hpp"
+#include "host_sim/lab/commands/lab_commands.hpp"
+
+namespace haptic::sim {
+
+Command add_bodies_fuzz_command(CLI::App& program) {
+  const CampaignWords words{
+      "bodies-fuzz",
+      "Random hands, drivers and loose parts against each other; every tick and step judged.",
+      "host_sim bodies-fuzz --out bodies",
+      "folder for bodies_fuzz.md, .csv and .json",
+      {"bodies_fuzz.*"},
+      {"certificate", "spring", "reaction", "restless", "goal"},
+      "the run of this number, as a failure names it",
+      "damage the law, or what is judged, on purpose: exit 1 when the fault is caught"};
+  struct Asked : CampaignArguments {
+    BodiesFuzzSize size;
+  };
+  const auto o = std::make_shared<Asked>();
+  CLI::App* app = add_campaign(program, words, *o, o->size.seed);
+  app->add_option("--case", o->size.cases, "case, may be given several times (default: all)")
+      ->check(CLI::IsMember(bodies_case_names()))
+      ->allow_extra_args(false);
+  add_count(*app, "--ticks", o->size.ticks, std::uint64_t{1} << 40,
+            "ticks over all scenes, rests on top (default 200000)");
+  app->add_option_function<double>(
+         "--friction", [o](double mu) { o->size.frictions = {mu}; },
+         "Coulomb coefficient (default: 0 and 0.3)")
+      ->check(CLI::Range(0.0, 2.0));
+  const auto run = [o, words] {
+    return run_campaign(words, *o, [&] {
+      BodiesFuzzSize size = o->size;
+      size.only = o->only;
+      size.fault = bodies_fault_named(o->fault);
+      return bodies_fuzz_end(run_bodies_fuzz(size, o->run()));
+    });
+  };
+  return {app, run, words.example};
+}
+
+}  // namespace haptic::sim
