@@ -60,7 +60,7 @@ class BlockProgram {
   /// an orthogonalisation of n vectors of length n); typically twice as often as rows are active.
   void solve(Real tolerance, std::span<const std::uint16_t> first = {}) noexcept;
 
-  // Of the last solve().
+  // The last solve() found:
   [[nodiscard]] const std::array<Real, kBlockSize>& z(std::uint32_t block) const noexcept {
     return z_[block];
   }

@@ -120,30 +120,30 @@ void BodyLaw::bound_moves(std::span<const GripPose> goals) noexcept {
   for (std::uint32_t i = 0; i < count_; ++i) {
     Body& body = bodies_[i];
     if (behind_ticks_ == 0) body.came_m = body.came_rad = 0;
-    body.came_m += length_of(goals[i].x0_w - body.goal.x0_w);
+    body.came_m += norm_of(goals[i].x0_w - body.goal.x0_w);
     body.came_rad += turn_between_rad(goals[i].q_wa, body.goal.q_wa);
     body.error = pose_error(goals[i], body.p);
   }
   for (Body& body : bodies()) {
-    body.way_left_m = body.turn_left_rad = kNoLimit;
+    body.way_left_m = body.turn_left_rad = kUnbounded;
     if (!body.is.is_held_back) continue;
     const Spring& spring = body.is.spring;
     Real others_m = 0, others_rad = 0;
     for (const Body& other : bodies()) {
       if (&other == &body) continue;
       const bool is_free = !other.is.is_held_back;
-      const Real far_m = is_free ? length_of(other.error.translation_m) : other.came_m;
-      const Real turn_rad = is_free ? length_of(other.error.rotation_rad) : other.came_rad;
-      const Real lever_m = length_of(other.p.x0_w - body.p.x0_w) + body.is.radius_m;
+      const Real far_m = is_free ? norm_of(other.error.translation_m) : other.came_m;
+      const Real turn_rad = is_free ? norm_of(other.error.rotation_rad) : other.came_rad;
+      const Real lever_m = norm_of(other.p.x0_w - body.p.x0_w) + body.is.radius_m;
       others_m = std::max(others_m, far_m + turn_rad * lever_m);
       others_rad = std::max(others_rad, turn_rad + far_m / body.is.radius_m);
     }
     body.way_left_m = body.came_m + others_m +
                       std::max(kRelease_n / spring.k_t_n_per_m,
-                               kReleaseShare * length_of(body.error.translation_m));
+                               kReleaseShare * norm_of(body.error.translation_m));
     body.turn_left_rad = body.came_rad + others_rad +
                          std::max(kReleaseTurn_n * body.is.radius_m / spring.k_r_nm_per_rad,
-                                  kReleaseShare * length_of(body.error.rotation_rad));
+                                  kReleaseShare * norm_of(body.error.rotation_rad));
   }
 }
 
@@ -194,7 +194,7 @@ BodiesTick BodyLaw::tick(std::span<const GripPose> goals) noexcept {
   told.start_potential_j = told.end_potential_j = sum_j();
   const PassEnd end = make_passes(told, tick);
   behind_ticks_ = told.spent ? behind_ticks_ + 1 : 0;
-  told.gap_m = kNoLimit;
+  told.gap_m = kUnbounded;
   for (BodyPair& pair : pairs_) {
     pair.end_tick(tick);
     told.gap_m = std::min(told.gap_m, pair.gap_m());

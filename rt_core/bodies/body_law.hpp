@@ -122,7 +122,7 @@ class BodyLaw {
     std::array<BodyMotion, kMostMovingBodies> motion;
     std::array<GripPose, kMostMovingBodies> q;
   };
-  /// What a step lacks, of all pairs.
+  /// How a step was judged by all pairs.
   struct Check {
     bool ok = true;
     Real lacking_m = 0;

@@ -57,7 +57,7 @@ void BodyPair::configure(const Parameters& parameters) noexcept {
 
 void BodyPair::reset(const GripPose& a, const GripPose& b) noexcept {
   proxy_.reset();
-  proxy_.move_.way_left_m = proxy_.move_.turn_left_rad = kNoLimit;
+  proxy_.move_.way_left_m = proxy_.move_.turn_left_rad = kUnbounded;
   proxy_.part_.pose = has_b() ? seen_from(b, parameters_.grip_b_m, a) : a;
   proxy_.part_.version += 1;
   proxy_.started_ = proxy_.out_.led_out = true;

@@ -24,10 +24,12 @@ inline constexpr std::uint32_t kStanding = UINT32_MAX;
 /// A body's motion: of its grip point, and its turn. W axes.
 using BodyMotion = PoseError;
 
-inline constexpr Real kNoLimit = std::numeric_limits<Real>::max();
-[[nodiscard]] inline Real length_of(const Vec3& v) noexcept { return std::sqrt(v.squaredNorm()); }
+inline constexpr Real kUnbounded = std::numeric_limits<Real>::max();
+[[nodiscard]] inline Real norm_of(const Vec3& v) noexcept { return std::sqrt(v.squaredNorm()); }
 
-[[nodiscard]] inline Real hypotenuse(Real x, Real y) noexcept { return std::sqrt(x * x + y * y); }
+[[nodiscard]] inline Real root_of_squares(Real x, Real y) noexcept {
+  return std::sqrt(x * x + y * y);
+}
 
 /// The motion that leads from where `carry` does to where `whole` does.
 [[nodiscard]] BodyMotion beyond(const BodyMotion& whole, const BodyMotion& carry) noexcept;
@@ -39,7 +41,7 @@ inline constexpr Real kNoLimit = std::numeric_limits<Real>::max();
 [[nodiscard]] GripPose seen_from(const GripPose& b, const Vec3& grip_b_m,
                                  const GripPose& a) noexcept;
 
-/// Of the tick that begins.
+/// The tick that begins.
 struct BodyTickState {
   std::uint32_t held = 0;          ///< ticks in a row in which no goal has moved
   std::uint32_t behind_ticks = 0;  ///< in a row that have ended for want of budget
@@ -55,7 +57,7 @@ class BodyPair {
     Real epsilon_m = 0;
     std::uint32_t passes = kDefaultProxyPasses, work_units = kMostWorkUnits;
   };
-  /// What a step lacks.
+  /// How a step was judged.
   struct Check {
     bool ok = true;
     Real lacking_m = 0;  ///< how far below the least allowed gap the worst pair of pieces is
@@ -95,7 +97,7 @@ class BodyPair {
   [[nodiscard]] bool has_facets() const noexcept { return proxy_.has_facets(); }
   [[nodiscard]] bool has_friction() const noexcept { return proxy_.has_friction(); }
 
-  /// What motions of both move A by in B's axes, to first order in what they differ by from the
+  /// How far motions of both move A in B's axes, to first order in what they differ by from the
   /// pass's common motion; against what stands, A's motion.
   [[nodiscard]] BodyMotion relative(const BodyMotion& a, const BodyMotion& b) const noexcept;
   /// In this pass the bodies mostly move by these parts of one rigid motion, from these poses; the

@@ -156,7 +156,7 @@ void BodyLaw::accept(const Step& step, bool is_certified) noexcept {
   for (std::uint32_t i = 0; i < count_; ++i) {
     Body& body = bodies_[i];
     const BodyMotion& motion = step.motion[i];
-    const Real far_m = length_of(motion.translation_m), turn_rad = length_of(motion.rotation_rad);
+    const Real far_m = norm_of(motion.translation_m), turn_rad = norm_of(motion.rotation_rad);
     moved_little_ = moved_little_ && far_m <= scale.last_m && turn_rad <= scale.last_rad;
     body.way_left_m = std::max(body.way_left_m - far_m, Real{0});
     body.turn_left_rad = std::max(body.turn_left_rad - turn_rad, Real{0});
@@ -239,9 +239,9 @@ bool BodyLaw::PassTry::rests(Real residual_n) const noexcept {
   Real pull_n = 0, most_n = std::numeric_limits<Real>::max();
   for (const Body& body : law_.bodies()) {
     if (!body.is.is_held_back) continue;
-    const Real turn_m = body.secant.length_m * length_of(body.error.rotation_rad);
-    pull_n = std::max(
-        pull_n, body.secant.k_t_n_per_m * hypotenuse(length_of(body.error.translation_m), turn_m));
+    const Real turn_m = body.secant.length_m * norm_of(body.error.rotation_rad);
+    pull_n = std::max(pull_n, body.secant.k_t_n_per_m *
+                                  root_of_squares(norm_of(body.error.translation_m), turn_m));
     most_n = std::min(most_n, body.secant.k_t_n_per_m * kRestTolerances * scale_.tolerance_m);
   }
   return residual_n <= std::min(kRestShare * pull_n, most_n);
@@ -285,7 +285,7 @@ bool BodyLaw::PassTry::try_without_turn() noexcept {
   std::array<BodyMotion, kMostMovingBodies> motion;
   for (std::uint32_t i = 0; i < law_.count_; ++i) {
     const Body& body = law_.bodies_[i];
-    const Real far_m = length_of(body.error.translation_m);
+    const Real far_m = norm_of(body.error.translation_m);
     const Real most_m = std::min(scale_.step_m, body.way_left_m);
     const Real s = far_m > most_m ? most_m / far_m : Real{1};
     motion[i].translation_m = s * body.error.translation_m;
@@ -398,9 +398,8 @@ void BodyLaw::begin_pass(std::uint32_t number, ProxyTick& tick) noexcept {
     const Body &a = bodies_[pair.a()], &b = of_b(pair);
     pair.set_carried(carried(a), carried(b));
     const BodyMotion pull = pair.relative(a.error, b.error);
-    pair.begin_pass(number,
-                    length_of(pull.translation_m) + pair.radius_m() * length_of(pull.rotation_rad),
-                    tick);
+    pair.begin_pass(
+        number, norm_of(pull.translation_m) + pair.radius_m() * norm_of(pull.rotation_rad), tick);
   }
 }
 

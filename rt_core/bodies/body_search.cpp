@@ -27,9 +27,9 @@ BodyLaw::StepSearch::StepSearch(BodyLaw& law, ProxyTick& tick) noexcept
       tolerance_m_([&] {
         Real size = 0;
         for (const Body& body : law.bodies()) {
-          size = std::max(
-              size, body.weight * (length_of(body.error.translation_m) +
-                                   body.secant.length_m * length_of(body.error.rotation_rad)));
+          size = std::max(size,
+                          body.weight * (norm_of(body.error.translation_m) +
+                                         body.secant.length_m * norm_of(body.error.rotation_rad)));
         }
         return std::max(1.0e-4_r * scale_.tolerance_m, 16 * kRealEpsilon * size);
       }()),
@@ -43,7 +43,7 @@ void BodyLaw::StepSearch::begin_retry() noexcept {
   const bool last = round_ + kProxyRetryRounds >= rounds_;
   Real longest = 0, radius_m = std::numeric_limits<Real>::max();
   for (const Body& body : law_.bodies()) {
-    longest = std::max(longest, length_of(body.error.translation_m));
+    longest = std::max(longest, norm_of(body.error.translation_m));
     radius_m = std::min(radius_m, body.is.radius_m);
   }
   law_.is_short_ = last;
@@ -183,9 +183,10 @@ void BodyLaw::StepSearch::solve() noexcept {
   residual_n_ = 0;
   for (const Body& body : law_.bodies()) {
     if (!body.is.is_held_back) continue;
-    const Real turn_m = body.secant.length_m * length_of(body.wish.rotation_rad);
-    residual_n_ = std::max(residual_n_, body.secant.k_t_n_per_m *
-                                            hypotenuse(length_of(body.wish.translation_m), turn_m));
+    const Real turn_m = body.secant.length_m * norm_of(body.wish.rotation_rad);
+    residual_n_ =
+        std::max(residual_n_, body.secant.k_t_n_per_m *
+                                  root_of_squares(norm_of(body.wish.translation_m), turn_m));
   }
 }
 
@@ -193,20 +194,20 @@ void BodyLaw::StepSearch::solve() noexcept {
 Real BodyLaw::StepSearch::motion_m() const noexcept {
   Real most_m = 0;
   for (const Body& body : law_.bodies()) {
-    most_m = std::max(most_m, length_of(body.wish.translation_m) +
-                                  body.is.radius_m * length_of(body.wish.rotation_rad));
+    most_m = std::max(most_m, norm_of(body.wish.translation_m) +
+                                  body.is.radius_m * norm_of(body.wish.rotation_rad));
   }
   return most_m;
 }
 
-/// Of what the program asks for, what may be tried of each pair's relative motion with something
-/// near; false: a list has been outrun, and the bodies wait for the next one.
+/// The part of what the program asks for that may be tried of each pair's relative motion with
+/// something near; false: a list has been outrun, and the bodies wait for the next one.
 bool BodyLaw::StepSearch::bound_by_pairs() noexcept {
   tried_rad_ = 0;
   for (std::size_t k = 0; k < law_.pairs_.size(); ++k) {
     BodyPair& pair = law_.pairs_[k];
     const BodyMotion way = pair.relative(law_.bodies_[pair.a()].wish, law_.of_b(pair).wish);
-    const Real far_m = length_of(way.translation_m), turn_rad = length_of(way.rotation_rad);
+    const Real far_m = norm_of(way.translation_m), turn_rad = norm_of(way.rotation_rad);
     const Real motion_m = far_m + turn_rad * pair.radius_m();
     Real s = 1;
     if (motion_m > pair.nearest_m()) {
@@ -232,8 +233,8 @@ bool BodyLaw::StepSearch::bound_by_pairs() noexcept {
 void BodyLaw::StepSearch::bound_by_tick() noexcept {
   for (std::uint32_t i = 0; i < law_.count_; ++i) {
     const Body& body = law_.bodies_[i];
-    const Real far_m = length_of(body.wish.translation_m);
-    const Real turn_rad = length_of(body.wish.rotation_rad);
+    const Real far_m = norm_of(body.wish.translation_m);
+    const Real turn_rad = norm_of(body.wish.rotation_rad);
     const Real s = s_[i];
     // Place and turn are bounded each by itself, but where planes tie them together.
     s_turn_[i] = s * turn_rad > body.turn_left_rad ? body.turn_left_rad / turn_rad : s;

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Rule: the core's archive needs four functions of the C library and keeps nothing writable of its own.
-# cmake -DARCHIVE=<librt_core.a> -DNM=<nm> -DOBJDUMP=<objdump> -P archive_symbols.cmake
+# cmake -DARCHIVE=<librt_core.a> -DNM=<nm> -DOBJDUMP=<objdump> [-DBESIDE=<archive that it may call>] -P archive_symbols.cmake
 # Every heap, exception, lock or libm call of compiled code is an undefined symbol of some member; a symbol that another
 # member defines is the core calling itself.
 cmake_minimum_required(VERSION 3.25)
@@ -42,7 +42,7 @@ endfunction()
 
 set(violations)
 set(defined)
-run_tool(lines ${NM} -P --defined-only --extern-only ${ARCHIVE})
+run_tool(lines ${NM} -P --defined-only --extern-only ${ARCHIVE} ${BESIDE})
 foreach(line IN LISTS lines)
   if(line MATCHES "^([^ ]+) [A-Za-z] ")
     list(APPEND defined ${CMAKE_MATCH_1})

@@ -8,6 +8,8 @@ set(compile_sample ${CMAKE_COMMAND} -DCOMPILER=${CMAKE_CXX_COMPILER} "-DFLAGS=${
 
 haptic_build_check(archive_symbols ${CMAKE_COMMAND} -DARCHIVE=$<TARGET_FILE:rt_core> -DNM=${HAPTIC_NM}
   -DOBJDUMP=${HAPTIC_OBJDUMP} "-DSKIP=${skip_compiled}" -P ${checks}/archive_symbols.cmake)
+haptic_build_check(archive_symbols.bodies ${CMAKE_COMMAND} -DARCHIVE=$<TARGET_FILE:rt_bodies> -DBESIDE=$<TARGET_FILE:rt_core>
+  -DNM=${HAPTIC_NM} -DOBJDUMP=${HAPTIC_OBJDUMP} "-DSKIP=${skip_compiled}" -P ${checks}/archive_symbols.cmake)
 
 function(haptic_archive_probe sample expected)
   list(JOIN ARGN "|" extra)
