@@ -110,7 +110,8 @@ class BodyLaw {
     BodyMotion goal_way;      ///< of its goal in this tick
     BodyMotion error;         ///< of the goal against p
     BodyMotion carry;         ///< its part of the motion that all bodies mostly make in the pass
-    BodyMotion beyond;        ///< of the error, what that leaves
+    BodyMotion pull;          ///< the part of the error that the program is for
+    Real pull_share = 1;      ///< which that is
     Spring secant;            ///< whose energy the pass lowers
     Real weight = 1;          ///< root of its stiffness over that of the first body
     BodyMotion wish;          ///< the step that the last program asks for

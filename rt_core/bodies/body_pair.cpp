@@ -82,6 +82,13 @@ void BodyPair::set_carried(const Carried& a, const Carried& b) noexcept {
     between_w_ = a.p.x0_w - b.p.x0_w;
   }
   error_ = relative(a.error, b.error);
+  spared_ = PoseError{};
+}
+
+void BodyPair::set_pull(const BodyMotion& a, const BodyMotion& b) noexcept {
+  const BodyMotion pull = relative(a, b);
+  spared_.translation_m = error_.translation_m - pull.translation_m;
+  spared_.rotation_rad = error_.rotation_rad - pull.rotation_rad;
 }
 
 void BodyPair::begin_tick(const BodyMotion& goal_way_a, const BodyMotion& goal_way_b,
@@ -146,7 +153,8 @@ BlockRow BodyPair::row(std::uint32_t k) const noexcept {
   const QpRow& row = proxy_.program_.rows[k];
   const Vec3 w = r_wb_ * row.g.head<3>(), moment = r_wb_ * row.g.tail<3>();
   BlockRow on;
-  on.h = row.h;
+  on.h = row.h + row.g.head<3>().dot(spared_.translation_m) +
+         row.g.tail<3>().dot(spared_.rotation_rad);
   on.a = static_cast<std::uint8_t>(a());
   for (int i = 0; i < 3; ++i) {
     on.g_a[static_cast<std::size_t>(i)] = w[i];
@@ -356,12 +364,12 @@ void BodyPair::arrive() noexcept {
 
 Vec3 BodyPair::way_out_w(ProxyTick& tick) noexcept { return r_wb_ * proxy_.next_way_out(tick); }
 
-void BodyPair::add_forces(BodyMotion& on_a, BodyMotion& on_b) const noexcept {
+void BodyPair::add_forces(Real share, BodyMotion& on_a, BodyMotion& on_b) const noexcept {
   const PassProgram& program = proxy_.program_;
   for (std::uint32_t k = 0; k < program.found.active_count; ++k) {
     const QpRow& row = program.rows[program.found.active[k]];
-    const Vec3 force_w = program.found.multiplier[k] * (r_wb_ * row.g.head<3>());
-    const Vec3 moment_w = program.found.multiplier[k] * (r_wb_ * row.g.tail<3>());
+    const Vec3 force_w = share * program.found.multiplier[k] * (r_wb_ * row.g.head<3>());
+    const Vec3 moment_w = share * program.found.multiplier[k] * (r_wb_ * row.g.tail<3>());
     on_a.translation_m += force_w;
     on_a.rotation_rad += moment_w;
     if (!has_b()) continue;

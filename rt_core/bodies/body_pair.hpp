@@ -110,6 +110,8 @@ class BodyPair {
   void set_carried(const Carried& a, const Carried& b) noexcept;
 
   [[nodiscard]] std::uint32_t row_count() const noexcept { return proxy_.program_.rows.size(); }
+  /// From now on the rows are for these parts of the errors: what may be gone in one step.
+  void set_pull(const BodyMotion& a, const BodyMotion& b) noexcept;
   /// Row k on the blocks of both bodies, in units of motion: to be scaled by the weights.
   [[nodiscard]] BlockRow row(std::uint32_t k) const noexcept;
   /// Takes over the solution of the program.
@@ -171,9 +173,9 @@ class BodyPair {
   [[nodiscard]] Real gap_m() const noexcept { return gap_m_; }
   /// Planes that hold the bodies; normals in B's axes.
   [[nodiscard]] const FeltContact& felt() const noexcept { return proxy_.felt(); }
-  /// Adds the forces of the rows that hold, before the step is taken: about the grip point of each
-  /// body, in W axes, over the reference stiffness [m].
-  void add_forces(BodyMotion& on_a, BodyMotion& on_b) const noexcept;
+  /// Adds `share` times the forces of the rows that hold, before the step is taken: about the grip
+  /// point of each body, in W axes, over the reference stiffness [m].
+  void add_forces(Real share, BodyMotion& on_a, BodyMotion& on_b) const noexcept;
 
  private:
   void arrive() noexcept;
@@ -189,6 +191,7 @@ class BodyPair {
   Mat3 step_r_wb_ = Mat3::Identity();  ///< the same at the end of the step
   Vec3 step_between_w_ = Vec3::Zero();
   PoseError error_;             ///< relative, as rows see it
+  PoseError spared_;            ///< the part of it that the program leaves
   GripPose step_q_, before_q_;  ///< ends of the step and of the one that was checked before
   BodyMotion step_, before_;    ///< relative: the straight ways there
   BodyMotion linear_;           ///< of the step, as rows see it

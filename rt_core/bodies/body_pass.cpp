@@ -133,13 +133,15 @@ bool BodyLaw::correct(Step& step, ProxyTick& tick) noexcept {
   return false;
 }
 
-/// Planes with a multiplier, and what they push with.
+/// Planes with a multiplier, and what they push with: a program for a share of the errors tells
+/// that share of it.
 void BodyLaw::remember_active() noexcept {
   for (BodyMotion& force : force_m_) force = BodyMotion{};
   for (BodyPair& pair : pairs_) {
     pair.remember_active();
     BodyMotion none;
-    pair.add_forces(force_m_[pair.a()], pair.has_b() ? force_m_[pair.b()] : none);
+    pair.add_forces(1 / bodies_[pair.a()].pull_share, force_m_[pair.a()],
+                    pair.has_b() ? force_m_[pair.b()] : none);
   }
 }
 
@@ -378,7 +380,6 @@ void BodyLaw::carry_all(std::uint32_t number) noexcept {
     const Vec3 from = body.p.x0_w - first.p.x0_w;
     body.carry = way;
     if (turns) body.carry.translation_m += turn * from - from;
-    body.beyond = beyond(body.error, body.carry);
   }
 }
 

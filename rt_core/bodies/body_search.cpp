@@ -12,6 +12,8 @@ namespace {
 
 /// Rounds more for every further body: each may meet as much as one does.
 constexpr std::uint32_t kRoundsOfBody = 4;
+/// A step that is no more than this share of what was asked for has a program of its own.
+constexpr Real kMuchShorter = 0.8_r;
 
 std::uint32_t rounds_for(std::uint32_t bodies) noexcept {
   return kProxyRounds + kRoundsOfBody * (bodies - 1);
@@ -99,7 +101,7 @@ void BodyLaw::StepSearch::take_solution() noexcept {
   for (std::uint32_t i = 0; i < law_.count_; ++i) {
     Body& body = law_.bodies_[i];
     const auto& z = law_.program_.z(i);
-    BodyMotion more = body.beyond;
+    BodyMotion more = beyond(body.pull, body.carry);
     for (std::size_t k = 0; k < 3; ++k) {
       const auto c = static_cast<Eigen::Index>(k);
       more.translation_m[c] += z[k] / body.weight;
@@ -175,9 +177,14 @@ void BodyLaw::StepSearch::settle_cones() noexcept {
 }
 
 void BodyLaw::StepSearch::solve() noexcept {
+  for (Body& body : law_.bodies()) {
+    body.pull = body.error;
+    body.pull_share = 1;
+  }
+  set_pulls();
   solve_rows(goes_on_);
-  goes_on_ = true;
   settle_cones();
+  goes_on_ = true;
   if (far_rows_) return;
   free_motion_m_ = motion_m();
   residual_n_ = 0;
@@ -188,6 +195,36 @@ void BodyLaw::StepSearch::solve() noexcept {
         std::max(residual_n_, body.secant.k_t_n_per_m *
                                   root_of_squares(norm_of(body.wish.translation_m), turn_m));
   }
+}
+
+void BodyLaw::StepSearch::set_pulls() noexcept {
+  for (BodyPair& pair : law_.pairs_)
+    pair.set_pull(law_.bodies_[pair.a()].pull, law_.of_b(pair).pull);
+}
+
+/// The program again for the part of the errors that the step goes, where it is much shorter than
+/// asked for: of a solution only a share is taken, and with it of what a row asks for beyond its
+/// gap. False: it is not.
+bool BodyLaw::StepSearch::solve_shorter() noexcept {
+  bool is_shorter = false;
+  for (std::uint32_t i = 0; i < law_.count_; ++i) {
+    Body& body = law_.bodies_[i];
+    body.pull_share = body.is_touched && s_[i] > 0 ? s_[i] : Real{1};
+    is_shorter = is_shorter || body.pull_share < kMuchShorter;
+  }
+  if (!is_shorter || !law_.has_budget(tick_)) {
+    for (Body& body : law_.bodies()) body.pull_share = 1;
+    return false;
+  }
+  for (Body& body : law_.bodies()) {
+    const Real s = body.pull_share;
+    body.pull = {s * body.error.translation_m, s * body.error.rotation_rad};
+  }
+  set_pulls();
+  solve_rows(true);
+  settle_cones();
+  if (!far_rows_) free_motion_m_ = motion_m();
+  return true;
 }
 
 /// The longest of the motions that the program asks for.
@@ -269,7 +306,11 @@ bool BodyLaw::StepSearch::choose_step(Step& step) noexcept {
   // Nothing holds the body: it arrives to the bit, and the pull is exactly zero.
   for (std::uint32_t i = 0; i < law_.count_; ++i) {
     const Body& body = law_.bodies_[i];
-    if (s_[i] == 1 && s_turn_[i] == 1 && !body.is_touched) step.q[i] = body.goal;
+    const bool arrives = s_[i] == 1 && s_turn_[i] == 1 && !body.is_touched;
+    if (arrives && body.pull.translation_m == body.error.translation_m &&
+        body.pull.rotation_rad == body.error.rotation_rad) {
+      step.q[i] = body.goal;
+    }
   }
   return true;
 }
@@ -329,6 +370,7 @@ bool BodyLaw::StepSearch::run(Step& step) noexcept {
     tick_.work.rounds = std::max(tick_.work.rounds, round_ + 1);
     if (!shared_) solve();
     spent_ = !choose_step(step);
+    if (!spent_ && !shared_ && solve_shorter()) spent_ = !choose_step(step);
     if (spent_) return false;
     const Check result = law_.check(step, -scale_.tolerance_m / 2, round_ > 0, tick_);
     spent_ = result.spent;

@@ -27,6 +27,8 @@ class BodyLaw::StepSearch {
 
   void begin_retry() noexcept;
   void solve() noexcept;
+  void set_pulls() noexcept;
+  [[nodiscard]] bool solve_shorter() noexcept;
   void solve_rows(bool goes_on) noexcept;
   void push_rows() noexcept;
   void take_solution() noexcept;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "doctest/doctest.h"
+#include <doctest/doctest.h>
 #include "rt_core/base/rotation.hpp"
 #include "tests/support/body_bench.hpp"
 
