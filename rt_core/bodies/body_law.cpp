@@ -77,7 +77,7 @@ void BodyLaw::begin(std::span<const GripPose> poses) noexcept {
   for (BodyPair& pair : pairs_) pair.reset(bodies_[pair.a()].p, of_b(pair).p);
   force_m_.fill(BodyMotion{});
   steps_ = 0;
-  held_ = behind_ticks_ = 0;
+  held_ = slow_ = behind_ticks_ = 0;
   still_ = settled_ = choose_from_start_ = false;
   last_ = BodiesTick{};
 }
@@ -203,6 +203,9 @@ BodiesTick BodyLaw::tick(std::span<const GripPose> goals) noexcept {
     body.potential_j = haptic::potential_j(body.is.spring, pose_error(body.goal, body.p));
   told.limited = tick.limited;
   told.work = tick.work;
+  // Bodies that are on their way, however long that takes, do not look for their place.
+  const bool gains = !may_move() || told.end_potential_j < (1 - kOnItsWay) * told.start_potential_j;
+  slow_ = held_ == 0 ? 0 : gains ? slow_ - (slow_ > 0) : std::min(slow_ + 1, kMostHeld);
   still_ = !told.moved && !told.recovering && !told.spent &&
            (end == PassEnd::kDone || held_ >= kLeastHeld);
   settled_ = still_ && chosen;

@@ -180,6 +180,7 @@ class BodyLaw {
   // Between ticks: is there nothing more to do?
   bool started_ = false;
   std::uint32_t held_ = 0;          ///< ticks in a row with these goals
+  std::uint32_t slow_ = 0;          ///< of them those that gained little, less the others
   std::uint32_t behind_ticks_ = 0;  ///< in a row that have ended for want of budget
   bool still_ = false;              ///< nothing moved in the last tick
   bool settled_ = false;            ///< nor can, with planes chosen from the start

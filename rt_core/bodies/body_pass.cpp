@@ -8,164 +8,12 @@
 #include "rt_core/proxy/proxy_step.hpp"
 
 namespace haptic {
+
 Real BodyLaw::sum_j() const noexcept {
   Real sum = 0;
   for (const Body& body : bodies())
     sum += haptic::potential_j(body.is.spring, pose_error(body.goal, body.p));
   return sum;
-}
-
-Real BodyLaw::sum_j(const Step& step) const noexcept {
-  Real sum = 0;
-  for (std::uint32_t i = 0; i < count_; ++i) {
-    const Body& body = bodies_[i];
-    sum += haptic::potential_j(body.is.spring, pose_error(body.goal, step.q[i]));
-  }
-  return sum;
-}
-
-BodyLaw::Step BodyLaw::step_by(
-    const std::array<BodyMotion, kMostMovingBodies>& motion) const noexcept {
-  Step step;
-  step.motion = motion;
-  for (std::uint32_t i = 0; i < count_; ++i)
-    step.q[i] = moved(bodies_[i].p, motion[i].translation_m, motion[i].rotation_rad);
-  return step;
-}
-
-bool BodyLaw::is_still(const Step& step) const noexcept {
-  const ProxyScale& scale = parameters_.scale;
-  for (std::uint32_t i = 0; i < count_; ++i) {
-    const BodyMotion& motion = step.motion[i];
-    if (motion.translation_m.squaredNorm() > scale.still_m * scale.still_m ||
-        motion.rotation_rad.squaredNorm() > scale.still_rad * scale.still_rad) {
-      return false;
-    }
-  }
-  return true;
-}
-
-/// True if the goals rest and a step lowers the energy by no more than bodies at rest may leave.
-bool BodyLaw::gains_nothing(const Step& step) const noexcept {
-  if (held_ == 0 || close_m_ > 0) return false;
-  const Real start_j = sum_j();
-  return start_j - sum_j(step) < kIdleShare * start_j;
-}
-
-void BodyLaw::shorten(const BodyPair& pair, Real share) noexcept {
-  bodies_[pair.a()].share *= share;
-  if (pair.has_b()) bodies_[pair.b()].share *= share;
-}
-
-/// Asks all pairs; where none lacks a plane, but the way of some is not certified, their bodies are
-/// to go a share of it.
-BodyLaw::Check BodyLaw::check(const Step& step, Real least_m, bool knows_last,
-                              ProxyTick& tick) noexcept {
-  Check result;
-  std::array<Real, kMostBodyPairs> share;
-  for (std::size_t k = 0; k < pairs_.size(); ++k) {
-    BodyPair& pair = pairs_[k];
-    const std::uint32_t b = pair.has_b() ? pair.b() : pair.a();
-    pair.set_step(step.q[pair.a()], step.q[b], step.motion[pair.a()], step.motion[b]);
-    const BodyPair::Check found = pair.check(least_m, knows_last, tick);
-    share[k] = found.ok ? Real{1} : found.share;
-    result.ok = result.ok && found.ok;
-    result.spent = result.spent || (found.spent && !found.ok);
-    if (found.lacking_m > result.lacking_m) {
-      result.lacking_m = found.lacking_m;
-      result.worst = static_cast<std::uint32_t>(k);
-    }
-  }
-  if (result.lacking_m > 0) {
-    result.spent = false;
-    return result;
-  }
-  for (std::size_t k = 0; k < pairs_.size(); ++k) {
-    if (share[k] < 1) shorten(pairs_[k], share[k]);
-  }
-  return result;
-}
-
-/// Displaces a step that is not certified out of what it violates, without a turn.
-bool BodyLaw::correct(Step& step, ProxyTick& tick) noexcept {
-  const ProxyScale& scale = parameters_.scale;
-  Step trial = step;
-  for (std::uint32_t k = 0; k <= kMaxCorrections; ++k) {
-    if (!has_budget(tick)) return false;
-    const Check result = check(trial, kCorrectedShare * -scale.tolerance_m, false, tick);
-    if (result.ok) {
-      const Real most = scale.step_m + scale.margin_m;
-      for (std::uint32_t i = 0; i < count_; ++i) {
-        const Vec3 way = trial.motion[i].translation_m - step.motion[i].translation_m;
-        if (way.squaredNorm() > most * most) return false;
-      }
-      step = trial;
-      return true;
-    }
-    if (k == kMaxCorrections || !(result.lacking_m > 0)) break;
-    program_.clear();
-    for (BodyPair& pair : pairs_) {
-      const bool fits = pair.for_each_lacking(tick, [&](const Vec3& normal_w, Real gap_m) {
-        BlockRow row;
-        row.a = static_cast<std::uint8_t>(pair.a());
-        if (pair.has_b()) row.b = static_cast<std::uint8_t>(pair.b());
-        row.h = -gap_m;
-        for (std::size_t c = 0; c < 3; ++c) {
-          const Real n = normal_w[static_cast<Eigen::Index>(c)];
-          row.g_a[c] = n / bodies_[pair.a()].weight;
-          if (pair.has_b()) row.g_b[c] = -n / bodies_[pair.b()].weight;
-        }
-        return program_.push(row);
-      });
-      if (!fits) return false;
-    }
-    program_.solve(1.0e-4_r * scale.tolerance_m);
-    tick.work.qp_programs += program_.programs();
-    tick.work.qp_steps += program_.steps();
-    for (std::uint32_t i = 0; i < count_; ++i) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        trial.motion[i].translation_m[static_cast<Eigen::Index>(c)] +=
-            program_.z(i)[c] / bodies_[i].weight;
-      }
-    }
-    trial = step_by(trial.motion);
-  }
-  return false;
-}
-
-/// Planes with a multiplier, and what they push with: a program for a share of the errors tells
-/// that share of it.
-void BodyLaw::remember_active() noexcept {
-  for (BodyMotion& force : force_m_) force = BodyMotion{};
-  for (BodyPair& pair : pairs_) {
-    pair.remember_active();
-    BodyMotion none;
-    pair.add_forces(1 / bodies_[pair.a()].pull_share, force_m_[pair.a()],
-                    pair.has_b() ? force_m_[pair.b()] : none);
-  }
-}
-
-void BodyLaw::accept(const Step& step, bool is_certified) noexcept {
-  for (BodyPair& pair : pairs_) {
-    if (is_certified) {
-      pair.accept();
-    } else {
-      pair.carry();
-    }
-  }
-  const ProxyScale& scale = parameters_.scale;
-  moved_little_ = true;
-  for (std::uint32_t i = 0; i < count_; ++i) {
-    Body& body = bodies_[i];
-    const BodyMotion& motion = step.motion[i];
-    const Real far_m = norm_of(motion.translation_m), turn_rad = norm_of(motion.rotation_rad);
-    moved_little_ = moved_little_ && far_m <= scale.last_m && turn_rad <= scale.last_rad;
-    body.way_left_m = std::max(body.way_left_m - far_m, Real{0});
-    body.turn_left_rad = std::max(body.turn_left_rad - turn_rad, Real{0});
-    body.p = step.q[i];
-    way_[std::size_t{steps_} * count_ + i] = body.p;
-  }
-  steps_ += 1;
 }
 
 /// The step of one pass, on the stack, and the energies that bound it.
@@ -210,8 +58,9 @@ BodyLaw::PassTry::PassTry(BodyLaw& law, BodiesTick& told, ProxyTick& tick) noexc
     least_n_per_m = std::min(least_n_per_m, body.is.spring.k_t_n_per_m);
   closes_ = law.may_close_ && gained_j > 0 && worst_m < -kClosedShare * scale_.tolerance_m;
   eases_ = law.has_friction() && law.held_ == 0 && worst_m < -kDeepShare * scale_.tolerance_m;
-  const Real least_fall_j =
+  Real least_fall_j =
       least_n_per_m * scale_.still_m * scale_.still_m / 2 + 32 * kRealEpsilon * start_j_;
+  for (std::uint32_t k = kPatience; k < std::min(law.slow_, kMostHeld); k += 2) least_fall_j *= 2;
   limit_j_ = closes_ ? start_j_ + gained_j : start_j_ - least_fall_j;
   law.close_m_ = closes_ ? scale_.tolerance_m : eases_ ? kEasedShare * scale_.tolerance_m : Real{0};
 }

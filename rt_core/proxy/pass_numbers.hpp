@@ -49,6 +49,12 @@ inline constexpr Real kTurnOfChord = 2.25_r;
 
 // Goals that rest.
 
+/// Ticks with one goal, to the bit, are counted that lower the energy by less than
+/// kOnItsWay of it though the part might have moved farther, less the others: the count after which
+/// a step must lower it by more in each, and the one after which it would have to by more than any
+/// spring holds.
+inline constexpr Real kOnItsWay = 0.02_r;
+inline constexpr std::uint32_t kPatience = 48, kMostHeld = kPatience + 2 * 128;
 /// With one goal the planes are chosen from the start in every such tick.
 inline constexpr std::uint32_t kChoicePeriod = 4;
 /// Ticks with one goal of which every pass was rejected, after which nothing is tried any more.

@@ -41,12 +41,6 @@ constexpr Real kChosenFor_m = 0.05_r;
 /// No lower step between two faces is made on purpose.
 constexpr Real kLowStep_m = 5.0e-6_r;
 
-/// Of the ticks with one goal, to the bit, those are counted that lower the energy by less than
-/// kOnItsWay of it though the part might have moved farther, less the others: the count after which
-/// a step must lower it by more in each, and the one after which it would have to by more than any
-/// spring holds.
-constexpr Real kOnItsWay = 0.02_r;
-constexpr std::uint32_t kPatience = 48, kMostHeld = kPatience + 2 * 128;
 /// Passes of a tick that may go no farther than a few times the tolerance.
 constexpr std::uint32_t kMostShortPasses = 2;
 /// A choice of planes from the start that the budget cuts goes on in the next ticks, up to so many.
