@@ -58,6 +58,8 @@ class BodyLaw {
   struct Parameters {
     ProxyScale scale;  ///< of the smallest body that is to be felt: body_scale()
     std::uint32_t passes = kDefaultProxyPasses;
+    /// Units of work of a tick (METHOD section 13). Two bodies in contact need some hundreds, and
+    /// several times that with friction: with fewer a tick ends with what it has.
     std::uint32_t work_units = kMostWorkUnits;
     Real epsilon_m = 0;
   };
@@ -83,7 +85,8 @@ class BodyLaw {
   [[nodiscard]] Real potential_j(std::uint32_t body) const noexcept {
     return bodies_[body].potential_j;
   }
-  /// Sum of the contact forces on it, of the last program: about its grip point, W axes.
+  /// Sum of the contact forces on it, of the last program that had the budget to end: about its
+  /// grip point, W axes.
   [[nodiscard]] Wrench contact_w(std::uint32_t body) const noexcept;
   /// Wrench of its spring on its owner: -K g.
   [[nodiscard]] Wrench spring_w(std::uint32_t body) const noexcept;

@@ -95,6 +95,16 @@ TEST_SUITE("host_sim.bodies_fuzz") {
     CHECK(result.totals().summed > result.totals().ticks / 4);
   }
 
+  TEST_CASE("with a budget ticks end early, and all the rest holds") {
+    BodiesFuzzSize size;
+    size.ticks = kBodiesTicks;
+    size.seed = 4;
+    size.work_units = 1000;
+    const BodiesFuzzResult result = run_bodies_fuzz(size, {2, false});
+    check_invariants(result);
+    CHECK(result.totals().spent_ticks > 100);
+  }
+
   TEST_CASE("[long] all cases: the same over a million ticks and another seed") {
     check_invariants(run({}, 1000000, 2, 2));
   }

@@ -132,7 +132,7 @@ BodiesFuzzResult run_bodies_fuzz(const BodiesFuzzSize& size, const RunOptions& o
           run = std::make_unique<BodiesRun>(
               compiled[shard.row],
               row.of_case + ": " + row.scene + ", friction " + number_text(widen(row.friction)),
-              size.fault);
+              size.work_units, size.fault);
         }
         return run->run(shard.count, size.seed, number);
       });

@@ -21,6 +21,7 @@ struct BodiesFuzzSize {
   std::uint64_t ticks = 200000;    ///< over all scenes, rounded up to whole runs; rests on top
   std::uint64_t seed = 1;
   std::vector<double> frictions = {0.0, 0.3};
+  std::uint32_t work_units = 0;       ///< budget of a tick; 0: none
   std::optional<std::uint64_t> only;  ///< the run of this number alone, as a failure names it
   std::optional<BodiesFault> fault;
 };

@@ -60,9 +60,9 @@ void BodiesTotals::add(const BodiesTotals& other) {
 }
 
 BodiesRun::BodiesRun(const CompiledBodies& compiled, const std::string& label,
-                     std::optional<BodiesFault> fault)
+                     std::uint32_t work_units, std::optional<BodiesFault> fault)
     : scene_(compiled.scene),
-      session_(compiled, fault),
+      session_(compiled, work_units, fault),
       judge_(compiled),
       scene_label_(label),
       fault_(fault) {}

@@ -18,7 +18,7 @@ namespace haptic::sim {
 class BodiesRun {
  public:
   /// `compiled` must outlive it. @throws tools::InputError when a blob is refused.
-  BodiesRun(const CompiledBodies& compiled, const std::string& label,
+  BodiesRun(const CompiledBodies& compiled, const std::string& label, std::uint32_t work_units,
             std::optional<BodiesFault> fault);
   BodiesRun(const BodiesRun&) = delete;
   BodiesRun& operator=(const BodiesRun&) = delete;

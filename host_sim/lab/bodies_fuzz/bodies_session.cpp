@@ -84,7 +84,8 @@ ProxyScale bodies_scale(const BodiesScene& scene) {
                      0, 0);
 }
 
-BodiesSession::BodiesSession(const CompiledBodies& compiled, std::optional<BodiesFault> fault)
+BodiesSession::BodiesSession(const CompiledBodies& compiled, std::uint32_t work_units,
+                             std::optional<BodiesFault> fault)
     : scene_(compiled.scene),
       bodies_(moving_bodies(compiled.scene)),
       scale_(bodies_scale(compiled.scene)),
@@ -113,6 +114,7 @@ BodiesSession::BodiesSession(const CompiledBodies& compiled, std::optional<Bodie
   BodyLaw::Parameters parameters;
   parameters.scale = scale_;
   parameters.epsilon_m = epsilon_m;
+  if (work_units > 0) parameters.work_units = work_units;
   if (fault == BodiesFault::kCertificate) parameters.scale.tolerance_m *= kGenerous;
   std::vector<MovingBody> given = bodies_;
   if (fault == BodiesFault::kSpring) {

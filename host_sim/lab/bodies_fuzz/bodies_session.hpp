@@ -42,8 +42,10 @@ inline constexpr double kYield_n = 0.5;
 /// Not movable: the law is a view of memory that lies here.
 class BodiesSession {
  public:
-  /// `compiled` must outlive it. @throws tools::InputError when a blob is refused.
-  BodiesSession(const CompiledBodies& compiled, std::optional<BodiesFault> fault);
+  /// `compiled` must outlive it; `work_units`: the budget of a tick, 0: none.
+  /// @throws tools::InputError when a blob is refused.
+  BodiesSession(const CompiledBodies& compiled, std::uint32_t work_units,
+                std::optional<BodiesFault> fault);
   BodiesSession(const BodiesSession&) = delete;
   BodiesSession& operator=(const BodiesSession&) = delete;
 

@@ -33,6 +33,9 @@ Command add_bodies_fuzz_command(CLI::App& program) {
          "--friction", [o](double mu) { o->size.frictions = {mu}; },
          "Coulomb coefficient (default: 0 and 0.3)")
       ->check(CLI::Range(0.0, 2.0));
+  app->add_option("--work-units", o->size.work_units,
+                  "budget of a tick; what it has no room for is left to the next (default: none)")
+      ->check(CLI::Range(kLeastWorkUnits, kMostWorkUnits));
   const auto run = [o, words] {
     return run_campaign(words, *o, [&] {
       BodiesFuzzSize size = o->size;
