@@ -33,16 +33,16 @@ class RowSet {
 /// without roots: g_j = sum_(i <= j) factor_ij orthogonal_i, factor_jj = 1.
 ///
 /// Space has the rows and the memory:
-///   kMostUnknowns, kMostRows   bounds; dimension(), most_steps()   of this program
-///   normal(row), height(row)   g and h; dot(l, r) of two vectors or of a normal with itself
-///   RowNumber                  the type of a row's number
-///   Split(space)               rest, rest2, part, coefficient; part is 0
-///   Scratch(space)             coefficients, one at a time; Zeros<0>, Zeros<1>(space): two of
-///   zeros Mark(space, count)         keeps z and the first `count` active rows; restored by
-///   recall(mark) z_, count_, iterations_, skipped_, closed_   at first 0 and empty; before the
-///   arrays, or the
-///                              compiler reads the count again after each store into one of them
-///   row_, multiplier_, length2_, inverse_length2_, orthogonal_, factor_   the active rows
+///
+/// - kMostUnknowns, kMostRows: bounds; dimension(), most_steps(): those of this program;
+/// - normal(row), height(row): g and h; dot(l, r): of two vectors, or of a normal with itself;
+/// - RowNumber: the type of a row's number;
+/// - Split(space): rest, rest2, part, coefficient; part is 0;
+/// - Scratch(space): coefficients, one at a time; Zeros<0>, Zeros<1>(space): two of zeros;
+/// - Mark(space, count): z, multiplier, row, count, of the first `count` active rows;
+/// - z_, count_, iterations_, skipped_, closed_: at first 0 and empty; they come before the arrays,
+///   or the compiler reads the count again after each store into one of them;
+/// - row_, multiplier_, length2_, inverse_length2_, orthogonal_, factor_: the active rows.
 template <class Space>
 class DualSearch : public Space {
  public:
