@@ -99,10 +99,10 @@ TEST_SUITE("host_sim.bodies_fuzz") {
     BodiesFuzzSize size;
     size.ticks = kBodiesTicks;
     size.seed = 4;
-    size.work_units = 1000;
+    size.work_units = 3000;
     const BodiesFuzzResult result = run_bodies_fuzz(size, {2, false});
     check_invariants(result);
-    CHECK(result.totals().spent_ticks > 100);
+    CHECK(result.totals().spent_ticks > 20);
   }
 
   TEST_CASE("[long] all cases: the same over a million ticks and another seed") {
