@@ -201,7 +201,7 @@ BodiesTick BodyLaw::tick(std::span<const GripPose> goals) noexcept {
   }
   for (Body& body : bodies())
     body.potential_j = haptic::potential_j(body.is.spring, pose_error(body.goal, body.p));
-  told.limited = tick.limited;
+  told.limited = tick.limited || told.residual_n > kResidual_n;
   told.work = tick.work;
   // Bodies that are on their way, however long that takes, do not look for their place.
   const bool gains = !may_move() || told.end_potential_j < (1 - kOnItsWay) * told.start_potential_j;

@@ -43,20 +43,21 @@ struct MovingBody {
 struct BodiesTick {
   /// Sums over the bodies. The end is no higher than the start but for rounding, as in ProxyTick.
   Real start_potential_j = 0, end_potential_j = 0;
-  Real gap_m = 0;              ///< smallest known gap of any pair, a lower bound
-  Real residual_n = 0;         ///< pull that the planes leave and the bodies have not followed
-  bool moved = false;          ///< a body is not where it was
-  bool limited = false;        ///< a cap was met, or a residual is left
-  bool spent = false;          ///< the tick has ended for want of budget
-  bool recovering = false;     ///< bodies were in each other
-  std::uint32_t programs = 0;  ///< islands of bodies that were solved
+  Real gap_m = 0;  ///< smallest known gap of any pair, a lower bound
+  /// Pull that the planes of the last program leave and bodies that are held back have not
+  /// followed, of the body that it is largest for.
+  Real residual_n = 0;
+  bool moved = false;       ///< a body is not where it was
+  bool limited = false;     ///< a cap was met, or a residual is left
+  bool spent = false;       ///< the tick has ended for want of budget
+  bool recovering = false;  ///< bodies were in each other
   ProxyWork work;
 };
 
 class BodyLaw {
  public:
   struct Parameters {
-    ProxyScale scale;  ///< of the smallest body that is to be felt: body_scale()
+    ProxyScale scale;  ///< of the smallest body that is to be felt, and the largest coordinate
     std::uint32_t passes = kDefaultProxyPasses;
     /// Units of work of a tick (METHOD section 13). Two bodies in contact need some hundreds, and
     /// several times that with friction: with fewer a tick ends with what it has.
@@ -150,6 +151,7 @@ class BodyLaw {
   [[nodiscard]] bool has_budget(const ProxyTick& tick) const noexcept {
     return tick.work.units() < parameters_.work_units;
   }
+  [[nodiscard]] Real left_over_n(const Step* step) const noexcept;
   [[nodiscard]] Real sum_j() const noexcept;
   [[nodiscard]] Real sum_j(const Step& step) const noexcept;
   [[nodiscard]] PassEnd make_passes(BodiesTick& told, ProxyTick& tick) noexcept;

@@ -205,6 +205,7 @@ BodyLaw::PassEnd BodyLaw::PassTry::run() noexcept {
     return PassEnd::kRejected;
   }
   told_.end_potential_j = end_j_;
+  told_.residual_n = law_.left_over_n(&step_);
   law_.accept(step_, true);
   return PassEnd::kMoved;
 }

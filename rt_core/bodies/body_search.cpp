@@ -187,14 +187,7 @@ void BodyLaw::StepSearch::solve() noexcept {
   goes_on_ = true;
   if (far_rows_) return;
   free_motion_m_ = motion_m();
-  residual_n_ = 0;
-  for (const Body& body : law_.bodies()) {
-    if (!body.is.is_held_back) continue;
-    const Real turn_m = body.secant.length_m * norm_of(body.wish.rotation_rad);
-    residual_n_ =
-        std::max(residual_n_, body.secant.k_t_n_per_m *
-                                  root_of_squares(norm_of(body.wish.translation_m), turn_m));
-  }
+  residual_n_ = law_.left_over_n(nullptr);
 }
 
 void BodyLaw::StepSearch::set_pulls() noexcept {

@@ -19,7 +19,7 @@ class BodyLaw::StepSearch {
   [[nodiscard]] bool run(Step& step) noexcept;
   /// The budget has ended, or a list of near pieces was outrun.
   [[nodiscard]] bool is_spent() const noexcept { return spent_; }
-  /// The step is all that its program asks for.
+  /// Pull that the planes at p leave.
   [[nodiscard]] Real residual_n() const noexcept { return residual_n_; }
 
  private:

@@ -18,6 +18,24 @@ Real BodyLaw::sum_j(const Step& step) const noexcept {
   return sum;
 }
 
+/// Force of the springs along what a program asks for and a step, null: none, does not do.
+Real BodyLaw::left_over_n(const Step* step) const noexcept {
+  Real most_n = 0;
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    const Body& body = bodies_[i];
+    if (!body.is.is_held_back) continue;
+    BodyMotion left = body.wish;
+    if (step != nullptr) {
+      left.translation_m -= step->motion[i].translation_m;
+      left.rotation_rad -= step->motion[i].rotation_rad;
+    }
+    const Real turn_m = body.secant.length_m * norm_of(left.rotation_rad);
+    most_n = std::max(
+        most_n, body.secant.k_t_n_per_m * root_of_squares(norm_of(left.translation_m), turn_m));
+  }
+  return most_n;
+}
+
 BodyLaw::Step BodyLaw::step_by(
     const std::array<BodyMotion, kMostMovingBodies>& motion) const noexcept {
   Step step;
