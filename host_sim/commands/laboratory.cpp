@@ -19,6 +19,9 @@ struct LaboratoryCommand {
 };
 constexpr LaboratoryCommand kLaboratory[] = {
     {"accept", "Which meshes the compiler takes, as what, and whether what it says is true."},
+    {"bodies",
+     "Drivers that squeeze, push and carry a hand's part, and what a tick of several bodies "
+     "costs."},
     {"bodies-fuzz",
      "Random hands, drivers and loose parts against each other; every tick and step judged."},
     {"calm",

@@ -47,11 +47,18 @@ struct FuzzBody {
   [[nodiscard]] std::vector<Triangle> triangles() const;
 };
 
+/// The springs of a scene's drivers.
+struct DriverSpring {
+  double ratio = 1e4;   ///< of its stiffness to a hand's
+  double push_n = 100;  ///< force that it presses with at most; 0: no limit
+};
+
 struct BodiesScene {
   std::string of_case, name;
   std::vector<FuzzBody> bodies;
   std::vector<Solid> standing;  ///< in W; a driver goes through it
   double share = 1;             ///< of the ticks; less where they take longer
+  DriverSpring driver;
 
   /// No coordinate of a body or of what stands is larger, but for drags.
   [[nodiscard]] double extent_m() const;

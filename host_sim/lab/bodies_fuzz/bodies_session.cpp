@@ -9,22 +9,21 @@ namespace haptic::sim {
 namespace {
 
 constexpr Real kHandStiffness_n_per_m = 1000;
-constexpr Real kDriverRatio = 1e4_r, kLooseRatio = 100;
-constexpr Real kPush_n = 100;
+constexpr Real kLooseRatio = 100;
 /// The radius at which a turn counts like a displacement, in radii of the body.
 constexpr Real kTurnShare = 0.5_r;
 constexpr Real kGenerous = 20, kTooStiff = 1.25_r;
 
-Spring spring_of(const FuzzBody& body) {
+Spring spring_of(const FuzzBody& body, const DriverSpring& driver) {
   const Real radius = static_cast<Real>(body.radius_m());
   Spring spring;
   spring.k_t_n_per_m = kHandStiffness_n_per_m;
-  if (body.role == BodyRole::kDriver) spring.k_t_n_per_m *= kDriverRatio;
+  if (body.role == BodyRole::kDriver) spring.k_t_n_per_m *= static_cast<Real>(driver.ratio);
   if (body.role == BodyRole::kLoose) spring.k_t_n_per_m *= kLooseRatio;
   spring.length_m = kTurnShare * radius;
   spring.k_r_nm_per_rad = spring.k_t_n_per_m * spring.length_m * spring.length_m;
-  if (body.role != BodyRole::kDriver) return spring;
-  spring.soft_translation_m = kPush_n / spring.k_t_n_per_m;
+  if (body.role != BodyRole::kDriver || !(driver.push_n > 0)) return spring;
+  spring.soft_translation_m = static_cast<Real>(driver.push_n) / spring.k_t_n_per_m;
   spring.soft_rotation_rad = spring.soft_translation_m / spring.length_m;
   return spring;
 }
@@ -71,7 +70,7 @@ std::vector<MovingBody> moving_bodies(const BodiesScene& scene) {
   std::vector<MovingBody> bodies;
   for (const FuzzBody& body : scene.bodies) {
     MovingBody moving;
-    moving.spring = spring_of(body);
+    moving.spring = spring_of(body, scene.driver);
     moving.radius_m = static_cast<Real>(body.radius_m());
     moving.is_held_back = body.role == BodyRole::kHand;
     bodies.push_back(moving);

@@ -33,8 +33,7 @@ enum class BodiesFault : std::uint8_t {
 /// Force that a loose part holds before its anchor gives way.
 inline constexpr double kYield_n = 0.5;
 
-/// The springs of a scene: hands 1000 N/m, drivers 1e4 times that up to 100 N, loose parts 100
-/// times.
+/// The springs of a scene: hands 1000 N/m, drivers as it says, loose parts 100 times a hand's.
 [[nodiscard]] std::vector<MovingBody> moving_bodies(const BodiesScene& scene);
 /// The lengths of the law for a scene.
 [[nodiscard]] ProxyScale bodies_scale(const BodiesScene& scene);

@@ -11,6 +11,7 @@ namespace haptic::sim {
 using tools::Command;
 
 [[nodiscard]] Command add_accept_command(CLI::App& program);
+[[nodiscard]] Command add_bodies_command(CLI::App& program);
 [[nodiscard]] Command add_bodies_fuzz_command(CLI::App& program);
 [[nodiscard]] Command add_calm_command(CLI::App& program);
 [[nodiscard]] Command add_compare_laws_command(CLI::App& program);

@@ -150,7 +150,6 @@ class Reader {
   bool called_ = false, is_tick_ = false;
 };
 
-constexpr const char* kTick = "haptic::HapticCore::step(haptic::StepInput const&)";
 constexpr std::size_t kShownFunctions = 12;
 
 std::vector<std::string> command_of(const InstructionQuestion& question,
@@ -162,9 +161,9 @@ std::vector<std::string> command_of(const InstructionQuestion& question,
                                       "--callgrind-out-file=" + profile,
                                       "--combine-dumps=yes",
                                       "--dump-line=no",
-                                      "--toggle-collect=" + std::string(kTick),
-                                      "--dump-after=" + std::string(kTick),
-                                      "--dump-before=haptic::sim::run_once(*",
+                                      "--toggle-collect=" + question.tick,
+                                      "--dump-after=" + question.tick,
+                                      "--dump-before=" + question.run,
                                       question.program};
   command.insert(command.end(), question.arguments.begin(), question.arguments.end());
   return command;

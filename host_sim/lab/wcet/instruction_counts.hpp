@@ -43,13 +43,16 @@ struct CallgrindProfile {
 [[gnu::noinline]] std::uint64_t run_once(CoreSession& session, std::span<const MotionSample> motion,
                                          GoalContact goal = GoalContact::kLeftOut);
 
-/// A program that gives the motion to run_once and prints its ticks and hash, as `host_sim wcet
-/// --once` does.
+/// A program that gives the motion to run_once, or to a function of its own, and prints its ticks
+/// and hash, as `host_sim wcet --once` does.
 struct InstructionQuestion {
   std::string program;                 ///< path of it; empty: not to be counted
   std::vector<std::string> arguments;  ///< e.g. wcet --once --scene S --motion M
   std::uint64_t state_hash = 0;        ///< that the run must end in
   std::size_t ticks = 0;               ///< that it must have
+  /// Demangled and in full, as callgrind has it.
+  std::string tick = "haptic::HapticCore::step(haptic::StepInput const&)";
+  std::string run = "haptic::sim::run_once(*";  ///< nothing before its call is counted
 };
 
 struct InstructionCounts {
