@@ -255,7 +255,7 @@ void BlockProgram::solve(Real tolerance, std::span<const std::uint16_t> first) n
   active_.clear();
   multipliers_.clear();
   for (std::array<Real, kBlockSize>& z : z_) z.fill(0);
-  steps_ = skipped_ = programs_ = 0;
+  steps_ = skipped_ = programs_ = more_units_ = 0;
   capped_ = false;
   find_islands();
   sort_rows();
@@ -282,6 +282,7 @@ void BlockProgram::solve_island(std::uint32_t island, Real tolerance,
   capped_ |= worst.row != kMostBlockRows;
   ++programs_;
   steps_ += search.iterations();
+  more_units_ += search.iterations() * (kBlockStepUnits[size_[island] - 1u] - kBlockStepUnits[0]);
   skipped_ += search.skipped();
   for (std::uint32_t block = island; block < z_.size(); ++block)
     if (island_[block] == island)

@@ -130,6 +130,7 @@ void BodyLaw::StepSearch::solve_rows(bool goes_on) noexcept {
   work.qp_iterations = std::max(work.qp_iterations, law_.program_.steps());
   work.qp_programs += law_.program_.programs();
   work.qp_steps += law_.program_.steps();
+  work.search_work += law_.program_.more_units();
   if (law_.program_.capped()) tick_.limited = true;
   take_solution();
 }

@@ -134,6 +134,7 @@ bool BodyLaw::correct(Step& step, ProxyTick& tick) noexcept {
     program_.solve(1.0e-4_r * scale.tolerance_m);
     tick.work.qp_programs += program_.programs();
     tick.work.qp_steps += program_.steps();
+    tick.work.search_work += program_.more_units();
     for (std::uint32_t i = 0; i < count_; ++i) {
       for (std::size_t c = 0; c < 3; ++c) {
         trial.motion[i].translation_m[static_cast<Eigen::Index>(c)] +=
