@@ -99,7 +99,7 @@ TEST_SUITE("host_sim.bodies_fuzz") {
     BodiesFuzzSize size;
     size.ticks = kBodiesTicks;
     size.seed = 4;
-    size.work_units = 3000;
+    size.work_units = 6000;
     const BodiesFuzzResult result = run_bodies_fuzz(size, {2, false});
     check_invariants(result);
     CHECK(result.totals().spent_ticks > 20);
