@@ -45,8 +45,8 @@ class PartHand {
   /// the first part's mesh frame as the hand leads it, also while another part is held: each is led
   /// by its own grip point as the first one is by its, on from where it was taken.
   [[nodiscard]] StepResult step(const StepInput& input) noexcept;
-  /// Forgets all contact history. A part that was taken, or is being let go, stays where it is felt;
-  /// the first part, as long as it has not been let go, begins where the device leads it.
+  /// Forgets all contact history. A part that was taken, or is being let go, stays where it is
+  /// felt; the first part, as long as it has not been let go, begins where the device leads it.
   void reset() noexcept;
   /// Lets go: the wrench fades by the ramp of the clutch, and the part stays. Without effect where
   /// the hand holds nothing.

@@ -55,7 +55,7 @@ class BlockProgram {
 
   /// Solves the islands one by one: in each the most violated row first, the lowest number at ties.
   /// Duplicates and dependent rows are welcome; a row without length, or one that only pulls
-  /// against the active rows, is skipped. Whatever ended the search, z is the closest point of the
+  /// against the active rows, is skipped. However the search ended, z is the closest point of the
   /// rows in active().
   /// @param tolerance  h - g.z up to which a row counts as met, in the unit of h; above the
   ///                   rounding of g.z. Rows of lengths about 1, as in closest_point().

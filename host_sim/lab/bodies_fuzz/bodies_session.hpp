@@ -56,7 +56,7 @@ class BodiesSession {
   void release_anchors();
 
   [[nodiscard]] const BodyLaw& law() const { return *law_; }
-  /// As they should be, whatever the fault.
+  /// As they should be, with any fault.
   [[nodiscard]] std::span<const MovingBody> bodies() const { return bodies_; }
   [[nodiscard]] const ProxyScale& scale() const { return scale_; }
 
