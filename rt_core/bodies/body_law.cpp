@@ -175,7 +175,10 @@ BodyLaw::PassEnd BodyLaw::make_passes(BodiesTick& told, ProxyTick& tick) noexcep
 
 BodiesTick BodyLaw::tick(std::span<const GripPose> goals) noexcept {
   steps_ = 0;
-  if (begin_rest(goals)) return last_;
+  if (begin_rest(goals)) {
+    for (BodyPair& pair : pairs_) pair.rest_tick();
+    return last_;
+  }
   const bool chosen = choose_from_start_ || sticks();
   bound_moves(goals);
   ProxyTick tick;

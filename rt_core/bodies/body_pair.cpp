@@ -10,6 +10,7 @@
 #include "rt_core/proxy/proxy_step.hpp"
 
 namespace haptic {
+
 GripPose seen_from(const GripPose& b, const Vec3& grip_b_m, const GripPose& a) noexcept {
   GripPose seen;
   seen.x0_w = b.r_wa.transpose() * (a.x0_w - b.x0_w) + grip_b_m;
@@ -116,15 +117,14 @@ void BodyPair::begin_tick(const BodyMotion& goal_way_a, const BodyMotion& goal_w
   move.granted_lists = move.granted_planes = kGrantedScreenWork;
   proxy_.pass_.inside = proxy_.pass_.recovering = false;
   if (proxy_.has_screen()) proxy_.give_back(tick);
-  units_ = tick.work.units();
 }
 
 void BodyPair::end_tick(ProxyTick& tick) noexcept {
   tick.gap_m = gap_m_;
   proxy_.tell_gap(stays_ ? Proxy::PassEnd::kDone : Proxy::PassEnd::kMoved, tick);
   gap_m_ = tick.gap_m;
-  proxy_.range_.pass_units =
-      std::max(proxy_.range_.pass_units / 2, (tick.work.units() - units_) / kListVisitsOfUnit);
+  proxy_.range_.pass_units = std::max(
+      proxy_.range_.pass_units / 2, tick.work.units() - tick.work.list_visits / kListVisitsOfUnit);
   proxy_.settle_slip();
   proxy_.feel(tick);
   if (!is_inside() && !proxy_.near_.waiting && proxy_.unlisted_m() > 0) proxy_.out_.led_out = false;

@@ -83,6 +83,8 @@ class BodyPair {
   void begin_tick(const BodyMotion& goal_way_a, const BodyMotion& goal_way_b,
                   const BodyTickState& state, NearScratch& scratch, ProxyTick& tick) noexcept;
   void end_tick(ProxyTick& tick) noexcept;
+  /// A tick in which nothing is computed: what has long been still comes to stick.
+  void rest_tick() noexcept { proxy_.settle_slip(); }
 
   /// Gathers what the bodies can meet in a pass, the `number`-th of its tick, if they move against
   /// each other by `pull_m`, and takes the rows of the planes that held them last into the program.
@@ -198,7 +200,6 @@ class BodyPair {
   bool stays_ = true;           ///< neither body moves in the step
   bool knows_before_ = false;
   std::uint32_t worst_ = 0;  ///< number of what the last check found to lack most
-  std::uint32_t units_ = 0;  ///< of the tick, where it began
   Real gap_m_ = 0;
 };
 

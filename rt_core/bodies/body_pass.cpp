@@ -195,6 +195,7 @@ BodyLaw::PassEnd BodyLaw::PassTry::run() noexcept {
   law_.remember_active();
   if (ok && law_.is_short_ && !law_.has_friction() && !go_without_turn()) return PassEnd::kSpent;
   if (!ok) ok = rescue();
+  if (!ok && !law_.has_budget(tick_)) return PassEnd::kSpent;
   if (!ok) {
     // All are free: nothing is lost. The next pass chooses its planes from the start; that to close
     // a gap would cost too much says nothing of them.
