@@ -32,6 +32,9 @@ constexpr Real kLeast_m = 1.55_r * kTolerance_m, kDip_m = kTolerance_m / 2;
 constexpr Real kRange_m = 3e-4_r;
 constexpr std::uint32_t kNoLimit = 1u << 30;
 const int kSamples = trials(2, 4);
+/// The nut needs about a hundred steps to the rod. On its way there the short form measures the
+/// facets that are certified, all of them far apart, in each fourth step.
+const int kApproach = trials(90, 0);
 /// Pairs farther apart than this are not measured.
 constexpr double kFar_m = 1e-4;
 
@@ -130,9 +133,11 @@ TEST_SUITE("host_sim.facet_screen") {
       for (int k = 1; k <= kSamples && is_free; ++k) {
         const Real share = static_cast<Real>(k) / static_cast<Real>(kSamples);
         const GripPose at = moved(bench.p, share * dx_m, share * dtheta_rad);
-        const double apart_m = bench.least_distance(at, false);
-        CHECK(apart_m >= static_cast<double>(kLeast_m - kDip_m) * (1 - 1e-6));
-        least_m = std::min(least_m, apart_m);
+        if (trial >= kApproach || trial % 4 == 0) {
+          const double apart_m = bench.least_distance(at, false);
+          CHECK(apart_m >= static_cast<double>(kLeast_m - kDip_m) * (1 - 1e-6));
+          least_m = std::min(least_m, apart_m);
+        }
         is_free = bench.least_distance(at, true) > static_cast<double>(kLeast_m);
       }
       if (!is_free) {  // the law would not make this step

@@ -62,6 +62,8 @@ void BodiesTotals::add(const BodiesTotals& other) {
 BodiesRun::BodiesRun(const CompiledBodies& compiled, const std::string& label,
                      std::uint32_t work_units, std::optional<BodiesFault> fault)
     : scene_(compiled.scene),
+      has_loose_(std::ranges::any_of(
+          scene_.bodies, [](const FuzzBody& body) { return body.role == BodyRole::kLoose; })),
       session_(compiled, work_units, fault),
       judge_(compiled),
       scene_label_(label),

@@ -56,6 +56,7 @@ class BodiesRun {
             BodiesTotals& totals) const;
 
   const BodiesScene& scene_;
+  const bool has_loose_;
   BodiesSession session_;
   BodiesJudge judge_;
   std::string scene_label_, label_;
