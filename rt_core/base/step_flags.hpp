@@ -41,8 +41,12 @@ enum StepFlag : std::uint32_t {
                                     ///< far as it could; see behind_ticks
   kFlagListFull = 1u << 21,  ///< more pairs are near than the scene's near_pairs: one without
                              ///< a slot has cut the proxy's step
-  kFlagHeld = 1u << 22  ///< the pull is held below the spring's: since kFlagBehind the part has not
-                        ///< caught up
+  kFlagHeld = 1u << 22,  ///< the pull is held below the spring's: since kFlagBehind the part has
+                         ///< not caught up
+  kFlagDrivenBehind = 1u << 23,  ///< a driven part is not where its owner has it: something holds
+                                 ///< it, or it is on its way from another place
+  kFlagDrivenLost = 1u << 24     ///< the poses of a driven part that touches the part are late, too
+                                 ///< fast or none: it stands, and the wrench is ramped out
 };
 
 /// Those that the search at the goal pose sets: never set in a tick that does without it.

@@ -14,9 +14,13 @@
 
 namespace haptic {
 
+/// In place of the number of a pair of pieces: the plane is one of another part that moves, and
+/// that part's number is added.
+inline constexpr PairIndex kMovingPlanes = PairIndex{1} << 63;
+
 /// A C-face plane that holds the part.
 struct FeltPlane {
-  PairIndex pair = 0;
+  PairIndex pair = 0;                  ///< or kMovingPlanes and more
   Vec3 normal_w = Vec3::Zero();        ///< unit, from B to A
   Real gap_m = 0;                      ///< along the plane; within the proxy's tolerance of 0
   std::uint32_t point_count = 0;       ///< contact points along it

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "rt_core/scene/placed_bodies.hpp"
 #include "rt_core/scene/scene_check.hpp"
@@ -71,12 +72,68 @@ std::span<const std::byte> PartScenes::scene_of(std::uint32_t part) const noexce
                          static_cast<std::size_t>(parts_[part].scene_bytes));
 }
 
+std::span<const std::byte> PartScenes::pair_scene(std::uint32_t part,
+                                                  std::uint32_t driven) const noexcept {
+  for (const DrivenPair& pair : pairs_) {
+    if (pair.held != part || pair.driven != driven) continue;
+    return scenes_.subspan(static_cast<std::size_t>(pair.scene_begin),
+                           static_cast<std::size_t>(pair.scene_bytes));
+  }
+  return {};
+}
+
+bool PartScenes::meets_standing(std::uint32_t part) const noexcept {
+  const std::span<const std::uint32_t> others = others_of(part);
+  return std::none_of(others.begin(), others.end(),
+                      [&](std::uint32_t other) { return parts_[other].role == PartRole::kDriven; });
+}
+
+bool PartScenes::holds_bytes(std::uint64_t begin, std::uint64_t bytes) const noexcept {
+  return begin % kSceneAlignment == 0 && begin <= scenes_.size() && bytes <= scenes_.size() - begin;
+}
+
+/// Checks what the scene says of driven parts, after the records of all parts.
+RtStatus PartScenes::check_driven() const noexcept {
+  if (driven_.size() > kMostDriven) return RtStatus::kBlobBadCount;
+  const auto is_positive = [](double x) { return x > 0 && x < HUGE_VAL; };
+  std::uint32_t next = 0;
+  for (const DrivenRecord& driven : driven_) {
+    if (driven.part < next || driven.part >= count() ||
+        parts_[driven.part].role != PartRole::kDriven) {
+      return RtStatus::kBlobBadIndex;
+    }
+    next = driven.part + 1;
+    bool is_right = driven.reserved == 0 && driven.late_s <= kLatestDriven_s && driven.ratio > 1;
+    for (const double x : {driven.fastest_m_per_s, driven.fastest_rad_per_s, driven.late_s,
+                           driven.push_n, driven.ratio, driven.radius_m})
+      is_right = is_right && is_positive(x);
+    for (const double x : driven.middle_m) is_right = is_right && check::is_coordinate(x);
+    if (!is_right) return RtStatus::kBlobBadNumber;
+  }
+  const auto is_driven = [](const PartRecord& part) { return part.role == PartRole::kDriven; };
+  if (std::cmp_not_equal(std::count_if(parts_.begin(), parts_.end(), is_driven), driven_.size()))
+    return RtStatus::kBlobBadCount;
+  for (const DrivenPair& pair : pairs_) {
+    if (pair.held >= count() || !may_be_held(pair.held) || pair.driven >= driven_.size() ||
+        pair.scene_bytes == 0 || !holds_bytes(pair.scene_begin, pair.scene_bytes)) {
+      return RtStatus::kBlobBadIndex;
+    }
+    SceneView opened;
+    const RtStatus status = SceneView::open(pair_scene(pair.held, pair.driven), opened);
+    if (status != RtStatus::kOk) return status;
+    if (opened.bodies().size() != 2) return RtStatus::kBlobBadCount;
+  }
+  return RtStatus::kOk;
+}
+
 RtStatus PartScenes::open(const SceneView& scene, PartScenes& parts) noexcept {
   PartScenes p;
   p.scene_ = &scene;
   p.parts_ = section<PartRecord>(scene, SectionId::kParts);
   p.bodies_ = section<std::uint32_t>(scene, SectionId::kPartBodies);
   p.scenes_ = section<std::byte>(scene, SectionId::kPartScenes);
+  p.driven_ = section<DrivenRecord>(scene, SectionId::kDriven);
+  p.pairs_ = section<DrivenPair>(scene, SectionId::kDrivenPairs);
   if (p.parts_.empty() && p.bodies_.empty() && p.scenes_.empty()) {
     parts = p;
     return RtStatus::kOk;
@@ -86,16 +143,17 @@ RtStatus PartScenes::open(const SceneView& scene, PartScenes& parts) noexcept {
   for (std::uint32_t k = 0; k < p.count(); ++k) {
     const PartRecord& part = p.parts_[k];
     const bool is_hand = part.role == PartRole::kHand, is_held = part.scene_bytes > 0;
+    const bool may_hold = is_hand || part.role == PartRole::kPlaced;
     const bool is_known =
-        is_hand || part.role == PartRole::kPlaced || part.role == PartRole::kFixed;
-    if (!is_known || is_hand != (k == 0) || is_held != (part.role != PartRole::kFixed) ||
-        part.reserved != 0 || !is_place(start_in(part))) {
+        may_hold || part.role == PartRole::kFixed || part.role == PartRole::kDriven;
+    const bool has_law = part.law_bytes > 0;
+    if (!is_known || is_hand != (k == 0) || is_held != may_hold ||
+        has_law != (is_held && !p.driven_.empty()) || !is_place(start_in(part))) {
       return RtStatus::kBlobBadNumber;
     }
     if (!is_held) continue;
     if (!check::within(part.body_begin, part.body_count, p.bodies_.size()) ||
-        part.scene_begin % kSceneAlignment != 0 || part.scene_begin > p.scenes_.size() ||
-        part.scene_bytes > p.scenes_.size() - part.scene_begin) {
+        !p.holds_bytes(part.scene_begin, part.scene_bytes)) {
       return RtStatus::kBlobBadIndex;
     }
     for (const std::uint32_t other : p.others_of(k))
@@ -107,9 +165,11 @@ RtStatus PartScenes::open(const SceneView& scene, PartScenes& parts) noexcept {
     p.most_bytes_ = std::max(p.most_bytes_, p.scene_of(k).size());
     p.most_state_bytes_ =
         std::max(p.most_state_bytes_, static_cast<std::size_t>(held.header().capacity.state_bytes));
+    p.most_law_bytes_ = std::max(p.most_law_bytes_, std::size_t{part.law_bytes});
   }
-  parts = p;
-  return RtStatus::kOk;
+  const RtStatus status = p.check_driven();
+  if (status == RtStatus::kOk) parts = p;
+  return status;
 }
 
 RtStatus PartScenes::place(std::uint32_t part, std::span<const PartPlace> places,

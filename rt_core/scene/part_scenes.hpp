@@ -3,7 +3,9 @@
 /// Parts that the hand holds one after another. A compiled scene of such parts is the scene of the
 /// one that it holds at first, and holds a scene for each that may be held, in which that one moves
 /// and the others stand. To hold another part is to go on in its scene, with the others placed
-/// where they are.
+/// where they are. Parts that their owner moves are in none of these scenes: each makes one with
+/// each part that may be held, in which it alone stands. A scene needs a static body: where a part
+/// that may be held meets driven parts alone, these stand in its scene too, at their start.
 
 #include <cstddef>
 #include <cstdint>
@@ -18,6 +20,13 @@ namespace haptic {
 
 /// Parts of one scene, at most.
 inline constexpr std::uint32_t kMostParts = 64;
+/// Those of them that their owner moves.
+inline constexpr std::uint32_t kMostDriven = 7;
+/// Without a newer pose a driven part is late after this, at most [s].
+inline constexpr double kLatestDriven_s = 0.5;
+/// Stiffness of the spring that leads a driven part over that of the hand's spring, as the compiler
+/// sets it.
+inline constexpr double kDrivenRatio = 1.0e4;
 
 class PartScenes {
  public:
@@ -39,10 +48,21 @@ class PartScenes {
   [[nodiscard]] std::string_view name(std::uint32_t part) const noexcept;
   /// Where the part is at the start.
   [[nodiscard]] PartPlace start_of(std::uint32_t part) const noexcept;
-  /// The parts that are the static bodies of the scene of `part`, in their order.
+  /// The parts that are the static bodies of the scene of `part`, in their order: driven ones only
+  /// where it meets no other.
   [[nodiscard]] std::span<const std::uint32_t> others_of(std::uint32_t part) const noexcept;
   /// The scene in which `part` is held, as it was compiled; empty: it may not be.
   [[nodiscard]] std::span<const std::byte> scene_of(std::uint32_t part) const noexcept;
+  /// False: the static bodies of the scene of `part` are driven parts, for it meets nothing else.
+  [[nodiscard]] bool meets_standing(std::uint32_t part) const noexcept;
+  /// Parts that their owner moves, ascending by part.
+  [[nodiscard]] std::span<const DrivenRecord> driven() const noexcept { return driven_; }
+  /// The scene in which `part` moves and driven part `driven` stands at its mesh frame, as it was
+  /// compiled; empty: the two never meet. Cost: O(pairs).
+  [[nodiscard]] std::span<const std::byte> pair_scene(std::uint32_t part,
+                                                      std::uint32_t driven) const noexcept;
+  /// State of the law of any part among driven ones, at most; 0: none is driven.
+  [[nodiscard]] std::size_t most_law_bytes() const noexcept { return most_law_bytes_; }
   /// Bytes of the largest of these scenes, and state of a core for any of them.
   [[nodiscard]] std::size_t most_bytes() const noexcept { return most_bytes_; }
   [[nodiscard]] std::size_t most_state_bytes() const noexcept { return most_state_bytes_; }
@@ -58,11 +78,16 @@ class PartScenes {
                                std::span<std::byte> memory, SceneView& view) const noexcept;
 
  private:
+  [[nodiscard]] RtStatus check_driven() const noexcept;
+  [[nodiscard]] bool holds_bytes(std::uint64_t begin, std::uint64_t bytes) const noexcept;
+
   const SceneView* scene_ = nullptr;
   std::span<const PartRecord> parts_;
   std::span<const std::uint32_t> bodies_;
   std::span<const std::byte> scenes_;
-  std::size_t most_bytes_ = 0, most_state_bytes_ = 0;
+  std::span<const DrivenRecord> driven_;
+  std::span<const DrivenPair> pairs_;
+  std::size_t most_bytes_ = 0, most_state_bytes_ = 0, most_law_bytes_ = 0;
 };
 
 }  // namespace haptic

@@ -57,7 +57,9 @@ enum class SectionId : std::uint32_t {
   kGuideStations = 26,    ///< GuideStation, from the start to the goal; with kGuide alone
   kParts = 27,            ///< PartRecord, by body; only where the hand may hold one after another
   kPartBodies = 28,       ///< u32: the parts that are the static bodies of each part's scene
-  kPartScenes = 29        ///< bytes: the scenes in which parts are held, each aligned as this one
+  kPartScenes = 29,       ///< bytes: the scenes in which parts are held, each aligned as this one
+  kDriven = 30,           ///< DrivenRecord, ascending by part; only where an owner moves parts
+  kDrivenPairs = 31       ///< DrivenPair; with kDriven alone
 };
 
 /// Vertices of a piece in kVertexLanes come in a multiple of this; the rest repeats vertex 0.
@@ -271,22 +273,44 @@ struct SimplifiedBody {
 
 /// Role of a part for the hand.
 enum class PartRole : std::uint32_t {
-  kFixed = 1,  ///< never held
-  kHand = 2,   ///< held at the start: body 0 of the scene around
-  kPlaced = 3  ///< may be held, and stays where it is let go
+  kFixed = 1,   ///< never held
+  kHand = 2,    ///< held at the start: body 0 of the scene around
+  kPlaced = 3,  ///< may be held, and stays where it is let go
+  kDriven = 4   ///< never held: its owner moves it, and it pushes what is held
 };
 
 /// A part of a scene whose parts the hand holds one after another (scene/part_scenes.hpp). Each
 /// that may be held has a scene of its own, in which it is the moving body.
 struct PartRecord {
   PartRole role;
-  std::uint32_t reserved;
+  std::uint32_t law_bytes;    ///< state of its law among driven parts (DrivenMotion); else 0
   double start_p_wa_m[3];     ///< where its mesh frame is in W in all these scenes
   double start_q_wa_xyzw[4];  ///< unit
   std::uint64_t scene_begin;  ///< in kPartScenes, a multiple of kSceneAlignment
   std::uint64_t scene_bytes;  ///< 0: it is never held
   std::uint32_t body_begin;   ///< in kPartBodies
   std::uint32_t body_count;   ///< static bodies of its scene: the parts that it may meet
+};
+
+/// A part that its owner moves: a robot's fixture, a conveyor, a body of another simulator.
+struct DrivenRecord {
+  std::uint32_t part;  ///< its number
+  std::uint32_t reserved;
+  double fastest_m_per_s, fastest_rad_per_s;  ///< its owner moves it no faster; > 0
+  double late_s;       ///< without a newer pose for longer it stays where it is; > 0
+  double push_n;       ///< largest force of the spring that leads it; > 0
+  double ratio;        ///< stiffness of that spring over that of the hand's; > 1
+  double middle_m[3];  ///< point of it that the law turns it about, in its mesh frame
+  double radius_m;     ///< every vertex lies within it of that point; > 0
+};
+
+/// A part that may be held, and a driven one that it may meet. In the scene of the two the held one
+/// moves, and the driven one, alone, stands at its mesh frame.
+struct DrivenPair {
+  std::uint32_t held;         ///< number of the part
+  std::uint32_t driven;       ///< in kDriven
+  std::uint64_t scene_begin;  ///< in kPartScenes, a multiple of kSceneAlignment
+  std::uint64_t scene_bytes;
 };
 
 /// A plan that leads the hand (tick/guide.hpp): how strongly, and how far it reaches.
@@ -471,7 +495,8 @@ static_assert(sizeof(DeviceParameters) == 168 && sizeof(CouplingParameters) == 1
               sizeof(SceneParameters) == 608);
 static_assert(sizeof(GuideRecord) == 64 && sizeof(GuideStation) == 16 * sizeof(Real) + 8);
 static_assert(sizeof(BodyRecord) == 72 && sizeof(PieceRecord) == 120 && sizeof(FaceRecord) == 20 &&
-              sizeof(SimplifiedBody) == 24 && sizeof(PartRecord) == 88);
+              sizeof(SimplifiedBody) == 24 && sizeof(PartRecord) == 88 &&
+              sizeof(DrivenRecord) == 80 && sizeof(DrivenPair) == 24);
 static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);
 static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) &&
               sizeof(EdgeDirection) == 4 * sizeof(Real) && sizeof(EdgeArc) == 16 * sizeof(Real));
