@@ -14,6 +14,9 @@ constexpr std::uint32_t kNoGuide = kFlagClutched | kFlagRecovery | kFlagOutsideE
 
 [[nodiscard]] RtStatus check_pose(const Pose& pose) noexcept;
 [[nodiscard]] StepResult refused(RtStatus status, std::uint64_t hash) noexcept;
+[[nodiscard]] inline Goal goal_of(CoreMemory& m, const StepInput& input) noexcept;
+[[nodiscard]] inline StepResult rendered(CoreMemory& m, const StepInput& input,
+                                         const Goal& goal) noexcept;
 [[nodiscard]] StepResult result_of(const Goal& goal, const ContactSet& contact,
                                    const Output& output) noexcept;
 [[nodiscard]] StepResult with_felt(StepResult result, const FreePose& free, const Pose& pose_wa,
@@ -22,37 +25,56 @@ constexpr std::uint32_t kNoGuide = kFlagClutched | kFlagRecovery | kFlagOutsideE
 }  // namespace
 
 StepResult HapticCore::step(const StepInput& input) noexcept {
-  CoreMemory& m = *memory_;
   if (const RtStatus status = check_pose(input.pose_wa); status != RtStatus::kOk)
-    return refused(status, m.hash);
+    return refused(status, memory_->hash);
+  return rendered(*memory_, input, goal_of(*memory_, input));
+}
+
+RtStatus HapticCore::aim(const StepInput& input, Goal& goal) noexcept {
+  const RtStatus status = check_pose(input.pose_wa);
+  if (status == RtStatus::kOk) goal = goal_of(*memory_, input);
+  return status;
+}
+
+StepResult HapticCore::render(const StepInput& input, const Goal& goal) noexcept {
+  return rendered(*memory_, input, goal);
+}
+
+namespace {
+
+/// From the device's pose to the goal: clutch, anchor, envelope.
+Goal goal_of(CoreMemory& m, const StepInput& input) noexcept {
+  return m.goal.update(input.pose_wa, input.clutched, m.free_motion.pose(),
+                       m.free_motion.at_rest());
+}
+
+/// The tick of the contact with its goal there, and what the device is to feel of it.
+StepResult rendered(CoreMemory& m, const StepInput& input, const Goal& goal) noexcept {
   const bool proxy = m.has_law(LawId::kProxy);
 
-  // 1. From the device's pose to the goal: clutch, anchor, envelope.
-  const Goal goal =
-      m.goal.update(input.pose_wa, input.clutched, m.free_motion.pose(), m.free_motion.at_rest());
-
-  // 2. The contact there: which pairs matter, verdicts, near sets, regions. Law proxy does without
+  // 1. The contact there: which pairs matter, verdicts, near sets, regions. Law proxy does without
   // it unless the caller asks.
   const std::uint32_t motion_flags = m.goal_contact.advance(goal.grip);
   const bool asked = !proxy || (m.searches_goal && input.report_goal_contact);
   const ContactSet contact =
       kSceneTraits.goal_contact && asked ? m.goal_contact.search(goal.grip) : ContactSet{};
 
-  // 3. The device's velocity, for the law's damping and for the account of energy. The wrench that
+  // 2. The device's velocity, for the law's damping and for the account of energy. The wrench that
   // it accepted counts there without the guide's share.
   DeviceMotion device = m.output.sense(goal.device, input);
   if (m.has_guide())
     device.accepted_w = m.guide->take_share(input.accepted_wrench_w, input.accepted_valid);
 
-  // 4. The law: a free configuration and the spring to it, or a wrench of the contacts themselves.
+  // 3. The law: a free configuration and the spring to it, or a wrench of the contacts themselves.
   const FreePose free =
       proxy ? m.free_motion.move(goal.grip, device.twist.twist_w, m.goal_contact.room())
             : FreePose{};
   const DirectForce direct = proxy ? DirectForce{} : m.direct_wrench.of(contact, m.hull);
-  const LawWrench law = proxy ? LawWrench{free.wrench_w, free.spring_w, free.stored, true}
-                              : LawWrench{direct.wrench_w, direct.wrench_w, {}, false};
+  const LawWrench law =
+      proxy ? LawWrench{free.wrench_w, free.spring_w, free.stored, free.given_j, true}
+            : LawWrench{direct.wrench_w, direct.wrench_w, {}, 0, false};
 
-  // 5. Towards the device: ramps, energy, the device's twist.
+  // 4. Towards the device: ramps, energy, the device's twist.
   const std::uint32_t flags = goal.flags | motion_flags | contact.work.flags | free.flags;
   const Output output = m.output.finish(law, device, input, flags);
 
@@ -61,7 +83,7 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
   result.counters.hull_points = direct.hull_points;
   if (proxy) {
     result = with_felt(result, free, m.goal.mesh_pose(free.grip), m.free_motion.felt());
-    // 6. The guide, behind the contact, which does not know of it.
+    // 5. The guide, behind the contact, which does not know of it.
     if (m.has_guide()) {
       const bool wanted = !input.guide_off && (result.flags & kNoGuide) == 0;
       result.guidance = m.guide->update(free.grip, goal.device, result.wrench_w, wanted);
@@ -71,8 +93,6 @@ StepResult HapticCore::step(const StepInput& input) noexcept {
   raise_peaks(result.counters, m.peaks);
   return result;
 }
-
-namespace {
 
 /// Positions beyond this are refused like infinite ones: squares and sums of motion must stay
 /// finite, for an odometer that has become infinite would hide every face.
@@ -175,6 +195,11 @@ static_assert(alignof(CoreMemory) <= alignof(std::max_align_t) &&
 void HapticCore::reset() noexcept { memory_->reset(); }
 
 void HapticCore::begin_at(const Pose& pose_wa) noexcept { memory_->goal.begin_at(pose_wa); }
+
+void HapticCore::join(SharedMotion* shared) noexcept {
+  memory_->free_motion.join(shared);
+  memory_->reset();
+}
 
 std::size_t HapticCore::state_bytes(const SceneView& scene) noexcept {
   return state_account(scene).total();

@@ -13,6 +13,7 @@
 #include "rt_core/base/status.hpp"
 #include "rt_core/proxy/felt_contact.hpp"
 #include "rt_core/scene/scene_view.hpp"
+#include "rt_core/tick/goal.hpp"
 #include "rt_core/tick/step.hpp"
 #include "rt_core/tracking/contact_polygon.hpp"
 #include "rt_core/tracking/pair_report.hpp"
@@ -21,6 +22,7 @@ namespace haptic {
 
 inline constexpr std::size_t kStateAlignment = 64;
 
+struct SharedMotion;
 struct CoreMemory;  // the stages of a tick (tick/core_memory.hpp)
 
 class HapticCore {
@@ -49,6 +51,15 @@ class HapticCore {
   /// The first steps come with StepInput::clutched; once that ends the goal goes on from here as
   /// the device goes, and the wrench is ramped in.
   void begin_at(const Pose& pose_wa) noexcept;
+
+  /// Law kProxy: the part moves among others, by a law of all, which outlives this; null: it alone
+  /// does. Resets the core. A tick is then `aim`, a tick of that law, and `render`.
+  void join(SharedMotion* shared) noexcept;
+  /// The first half of `step`: where the part is to go. @return kOk, or why `step` refuses the
+  /// input; then nothing has changed.
+  [[nodiscard]] RtStatus aim(const StepInput& input, Goal& goal) noexcept;
+  /// The second half, of the same input and its goal.
+  [[nodiscard]] StepResult render(const StepInput& input, const Goal& goal) noexcept;
 
   // Read-only views of the last tick for reports and pictures; not needed by the loop.
   [[nodiscard]] PairIndex pair_count() const noexcept;

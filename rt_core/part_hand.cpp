@@ -28,6 +28,13 @@ Vec3 grip_of(const SceneView& scene) noexcept {
   return grip;
 }
 
+/// The moving bodies of both scenes are one.
+bool is_same_part(const SceneView& one, const SceneView& other) noexcept {
+  const BodyRecord &a = one.bodies()[0], &b = other.bodies()[0];
+  return a.piece_count == b.piece_count &&
+         std::equal(a.reference_m, a.reference_m + 3, b.reference_m);
+}
+
 /// By more than rounding.
 bool differs(const Pose& one, const Pose& other) noexcept {
   constexpr Real kRoundings = 64 * kRealEpsilon;
@@ -45,9 +52,32 @@ bool is_let_go(const StepResult& result) noexcept {
 
 }  // namespace
 
+/// The law of the part among those of the driven ones that it may meet.
+RtStatus PartHand::open_law(std::uint32_t part, Side& side) noexcept {
+  side.motion = nullptr;
+  DrivenScenes scenes;
+  scenes.held = &side.view;
+  bool meets = false;
+  for (std::uint32_t k = 0; k < parts_->driven().size(); ++k) {
+    const std::span<const std::byte> scene = parts_->pair_scene(part, k);
+    if (scene.empty()) continue;
+    const RtStatus status = SceneView::open(scene, side.with[k]);
+    if (status != RtStatus::kOk) return status;
+    if (!is_same_part(side.with[k], side.view)) return RtStatus::kBlobBadNumber;
+    scenes.with[k] = &side.with[k];
+    meets = true;
+  }
+  if (!meets) return RtStatus::kOk;
+  scenes.meets_standing = parts_->meets_standing(part);
+  const RtStatus status = DrivenMotion::create(side.room.law, scenes, driven_, side.motion);
+  if (status == RtStatus::kOk) side.core->join(side.motion);
+  return status;
+}
+
 RtStatus PartHand::open(std::uint32_t part, Side& side) noexcept {
   RtStatus status = parts_->place(part, places(), side.room.scene, side.view);
   if (status == RtStatus::kOk) status = HapticCore::create(side.room.state, side.view, side.core);
+  if (status == RtStatus::kOk) status = open_law(part, side);
   if (status == RtStatus::kOk) side.core->begin_at(pose_of(places_[part]));
   return status;
 }
@@ -61,7 +91,11 @@ RtStatus PartHand::begin(const PartScenes& parts, const Room& one, const Room& o
   part_.store(0, std::memory_order_release);
   side_ = 0;
   hash_ = 0;
-  from_place_ = was_taken_ = begins_ = false;
+  from_place_ = was_taken_ = begins_ = driven_lost_ = false;
+  std::array<Pose, kMostDriven> starts;
+  for (std::uint32_t k = 0; k < parts.driven().size(); ++k)
+    starts[k] = pose_of(places_[parts.driven()[k].part]);
+  driven_.begin(parts.driven(), std::span(starts).first(parts.driven().size()));
   const RtStatus status = open(0, sides_[0]);
   if (status != RtStatus::kOk) return status;
   // It is held as in a scene of one part: its goal is the device's pose.
@@ -113,13 +147,39 @@ void PartHand::leave(const StepResult& last) noexcept {
   phase_.store(Phase::kEmpty, std::memory_order_release);
 }
 
-StepResult PartHand::empty_step(const StepInput& input) const noexcept {
+bool PartHand::follow(const DrivenInput& input) noexcept {
+  driven_lost_ = driven_.follow(input);
+  return driven_lost_;
+}
+
+double PartHand::given_j() const noexcept {
+  const DrivenMotion* const motion = sides_[side_].motion;
+  const bool holds = phase() == Phase::kHolding || phase() == Phase::kLettingGo;
+  return motion != nullptr && holds ? motion->given_j : 0;
+}
+
+const SceneCapacity& PartHand::bounds() const noexcept {
+  const Side& side = sides_[side_];
+  return side.motion != nullptr ? side.motion->bounds() : side.view.header().capacity;
+}
+
+StepResult PartHand::empty_step(const StepInput& input) noexcept {
+  for (std::uint32_t k = 0; k < driven_.count(); ++k) driven_.pass(k);
   StepResult result;
   result.goal_pose_wa = led(input).pose_wa;
   result.proxy_pose_wa = left_wa_;
   result.flags = kFlagClutched | kFlagRamping;
   result.state_hash = hash_;
   return result;
+}
+
+/// The tick of the part that is held: by itself, or among driven ones.
+StepResult PartHand::step_core(const StepInput& input) noexcept {
+  DrivenMotion* const motion = sides_[side_].motion;
+  Goal goal;
+  if (motion == nullptr || core().aim(input, goal) != RtStatus::kOk) return core().step(input);
+  motion->tick(goal.grip);
+  return core().render(input, goal);
 }
 
 StepResult PartHand::step(const StepInput& input) noexcept {
@@ -133,8 +193,11 @@ StepResult PartHand::step(const StepInput& input) noexcept {
     phase_.store(Phase::kHolding, std::memory_order_release);
   }
   StepInput given = led(input);
-  if (phase == Phase::kLettingGo || begins_) given.clutched = true;
-  const StepResult result = core().step(given);
+  if (phase == Phase::kLettingGo || begins_ || driven_lost_) given.clutched = true;
+  StepResult result = step_core(given);
+  if (driven_lost_) result.flags |= kFlagDrivenLost;
+  if (sides_[side_].motion == nullptr)
+    for (std::uint32_t k = 0; k < driven_.count(); ++k) driven_.pass(k);
   hash_ = result.state_hash;
   if (result.status != RtStatus::kOk) return result;
   begins_ = false;

@@ -3,7 +3,8 @@
 /// A hand that holds one part after another. Each part has a scene in which it moves and the others
 /// stand (scene/part_scenes.hpp), and a core over that; to hold another part is to go on with its
 /// core. What is felt never jumps: a part is let go by the ramp of the clutch, stays where it is,
-/// and the next one is taken where it lies, with no force.
+/// and the next one is taken where it lies, with no force. Parts that their owner moves push what
+/// is held, and go through what has been let go: nothing there may yield.
 
 #include <array>
 #include <atomic>
@@ -12,6 +13,8 @@
 #include <span>
 
 #include "rt_core/base/status.hpp"
+#include "rt_core/bodies/driven_motion.hpp"
+#include "rt_core/bodies/driven_parts.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "rt_core/scene/part_scenes.hpp"
 
@@ -24,9 +27,10 @@ namespace haptic {
 ///     --step()--> kHolding
 class PartHand {
  public:
-  /// `scene`: PartScenes::most_bytes(), `state`: most_state_bytes(), both aligned to 64 bytes.
+  /// `scene`: PartScenes::most_bytes(), `state`: most_state_bytes(), `law`: most_law_bytes(), all
+  /// aligned to 64 bytes.
   struct Room {
-    std::span<std::byte> scene, state;
+    std::span<std::byte> scene, state, law;
   };
   enum class Phase : std::uint32_t { kHolding, kLettingGo, kEmpty, kPrepared };
 
@@ -40,6 +44,10 @@ class PartHand {
   [[nodiscard]] RtStatus begin(const PartScenes& parts, const Room& one,
                                const Room& other) noexcept;
 
+  /// Before each tick of a scene with driven parts, whether or not a step comes with it: they
+  /// follow their streams. Where one is lost that touches the part, the steps let the wrench fade
+  /// until it is found (kFlagDrivenLost). @return whether that is so: a cause to release the hand.
+  bool follow(const DrivenInput& input) noexcept;
   /// One tick. While the hand holds nothing the wrench is zero, proxy_pose_wa is where the last
   /// part was left, and goal_pose_wa where the hand would lead it. StepInput::pose_wa is that of
   /// the first part's mesh frame as the hand leads it, also while another part is held: each is led
@@ -66,6 +74,12 @@ class PartHand {
   [[nodiscard]] std::span<const PartPlace> places() const noexcept {
     return {places_.data(), parts_->count()};
   }
+  /// Energy that the last step's spring has from driven parts, less what it gave them [J].
+  [[nodiscard]] double given_j() const noexcept;
+  /// Driven parts after the last step, in the order of PartScenes::driven(). Servo thread.
+  [[nodiscard]] const DrivenParts& driven() const noexcept { return driven_; }
+  /// Bounds of a tick with the part that is held, or was last. Servo thread.
+  [[nodiscard]] const SceneCapacity& bounds() const noexcept;
   /// The core and the scene of the part that is held, or was last. Servo thread.
   [[nodiscard]] HapticCore& core() noexcept { return *sides_[side_].core; }
   [[nodiscard]] const SceneView& scene() const noexcept { return sides_[side_].view; }
@@ -77,16 +91,22 @@ class PartHand {
     Room room;
     SceneView view;
     HapticCore* core = nullptr;
+    std::array<SceneView, kMostDriven> with;  ///< scenes of the part and each driven one
+    DrivenMotion* motion = nullptr;           ///< null: nothing is driven that it may meet
   };
 
   [[nodiscard]] RtStatus open(std::uint32_t part, Side& side) noexcept;
+  [[nodiscard]] RtStatus open_law(std::uint32_t part, Side& side) noexcept;
+  [[nodiscard]] StepResult step_core(const StepInput& input) noexcept;
   [[nodiscard]] StepInput led(const StepInput& input) const noexcept;
-  [[nodiscard]] StepResult empty_step(const StepInput& input) const noexcept;
+  [[nodiscard]] StepResult empty_step(const StepInput& input) noexcept;
   void leave(const StepResult& last) noexcept;
 
   const PartScenes* parts_ = nullptr;
   std::array<Side, 2> sides_;
   std::array<PartPlace, kMostParts> places_;
+  DrivenParts driven_;
+  bool driven_lost_ = false;  ///< one that touches the part
   std::uint32_t next_ = 0, side_ = 0;
   std::uint64_t hash_ = 0;
   Vec3 first_grip_a_ = Vec3::Zero();   ///< of the first part, in its mesh frame

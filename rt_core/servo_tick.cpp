@@ -208,7 +208,7 @@ StepResult ServoTick::step_core(const StepInput& input) noexcept {
 }
 
 const SceneCapacity& ServoTick::bounds() const noexcept {
-  if (!kSceneTraits.image && hand_ != nullptr) return hand_->scene().header().capacity;
+  if (!kSceneTraits.image && hand_ != nullptr) return hand_->bounds();
   return bounds_;
 }
 
@@ -334,11 +334,13 @@ void ServoTick::follow_state(const ServoInput& input, bool is_new) noexcept {
   }
 }
 
-/// The frame of the fixed parts, of which the core knows nothing.
+/// The frame of the fixed parts, of which the core knows nothing, and the driven parts in it.
 std::uint32_t ServoTick::check_frame(const ServoInput& input) noexcept {
   const bool felt = arming_.wants_force() || !is_zero(limiter_.last());
-  const bool cause = frame_.follow(input.frame, input.now_ns, felt);
+  bool cause = frame_.follow(input.frame, input.now_ns, felt);
   broken_ = broken_ || frame_.has_jumped();
+  if (!kSceneTraits.image && hand_ != nullptr)
+    cause = hand_->follow({input.driven, input.now_ns, felt}) || cause;
   return cause ? std::uint32_t{kFaultFrame} : 0u;
 }
 

@@ -7,6 +7,7 @@
 ///           -> arming -> output limiter -> command, trace
 
 #include <cstdint>
+#include <span>
 
 #include "rt_core/base/motion_envelope.hpp"
 #include "rt_core/base/workspace_map.hpp"
@@ -60,6 +61,7 @@ struct ServoInput {
   bool emergency_stop = false;       ///< the call in addition to the device's own input; latches
   bool report_goal_contact = false;  ///< as in StepInput; else the trace's d_near_m is kNotSearched
   FrameRecord frame;  ///< of the fixed parts, the newest; number 0: none yet, they stand in W
+  std::span<const FrameRecord> driven;  ///< the newest of driven parts (DrivenInput)
 };
 
 struct ServoResult {
@@ -110,7 +112,8 @@ inline constexpr std::int64_t kLongestReportPeriod_ns = 20'000'000;
 ///
 /// The core works in the frame of the fixed parts, wherever its owner moves it (MovingFrame): the
 /// proxy and its certificate are the same as if they stood still and the hand moved. Limits of
-/// place and turn are in that frame; those of force and torque, and jumps, in the device's.
+/// place and turn are in that frame; those of force and torque, and jumps, in the device's. Driven
+/// parts are given in it; a lost one releases the hand where it touches the part that is held.
 ///
 /// The limits are the parameters' own and, from the first state of a connection on, those that came
 /// with it, the tighter of each (`tighter`). A state is late by its age in periods of the loop or

@@ -21,6 +21,8 @@ const ServoResult& ServoLoop::tick(std::int64_t now_ns, std::uint32_t late_perio
   input_.late_periods = late_periods;
   input_.report_goal_contact = settings_.report_goal_contact;
   if (frames_) input_.frame = frames_->newest();
+  for (std::size_t k = 0; k < driven_count_; ++k) newest_driven_[k] = driven_[k]->newest();
+  input_.driven = std::span(newest_driven_).first(driven_count_);
   input_.emergency_stop = emergency_stop_.exchange(false, std::memory_order_relaxed);
   result_ = tick_.step(input_);
   mailbox_.publish(result_.command);

@@ -3,9 +3,12 @@
 /// The servo thread's body: wait, newest state, tick, publish. Clocked by a timer with the phase
 /// kept, or by the reports of the device.
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "hal/clock/servo_clock.hpp"
 #include "hal/device_mailbox.hpp"
@@ -27,6 +30,8 @@ struct ServoLoopSettings {
   bool report_goal_contact = false;  ///< as in StepInput, of every tick
   /// Frames of the fixed parts, by the clock of the ticks; null: these stand still.
   const NewestRecord<FrameRecord>* frames = nullptr;
+  /// Poses of each driven part, by the same clock; at most kMostDriven.
+  std::span<const NewestRecord<FrameRecord>> driven;
 };
 
 /// Ticks by what was found, since the start. Written by the servo thread alone.
@@ -51,6 +56,8 @@ class ServoLoop {
             const ServoLoopSettings& settings) noexcept
       : tick_(tick), mailbox_(mailbox), settings_(settings) {
     if (settings.frames != nullptr) frames_.emplace(*settings.frames);
+    driven_count_ = std::min<std::size_t>(settings.driven.size(), kMostDriven);
+    for (std::size_t k = 0; k < driven_count_; ++k) driven_[k].emplace(settings.driven[k]);
   }
 
   void watch(TickWatch called, void* context) noexcept {
@@ -85,6 +92,9 @@ class ServoLoop {
   ServoSide mailbox_;
   ServoLoopSettings settings_;
   std::optional<NewestReader<FrameRecord>> frames_;
+  std::array<std::optional<NewestReader<FrameRecord>>, kMostDriven> driven_;
+  std::array<FrameRecord, kMostDriven> newest_driven_;
+  std::size_t driven_count_ = 0;
   ServoInput input_;
   ServoResult result_;
   ServoLoopCounters counters_;

@@ -27,23 +27,42 @@ Real turn_between_rad(const Quat& one, const Quat& other) noexcept {
 
 }  // namespace
 
-void BodyLaw::place(Arena& arena, std::span<const BodyPairScene> pairs,
-                    std::uint32_t bodies) noexcept {
-  count_ = std::min(bodies, kMostMovingBodies);
+std::span<BodyPair> BodyLaw::place_pairs(Arena& arena, std::span<const BodyPairScene> pairs,
+                                         NearScratch& scratch) noexcept {
   pairs = pairs.first(std::min<std::size_t>(pairs.size(), kMostBodyPairs));
-  pairs_ = arena.take<BodyPair>(pairs.size());
+  const std::span<BodyPair> placed = arena.take<BodyPair>(pairs.size());
   NearScratch::Size size;
-  BodyPair unplaced;
+  BodyPair counted;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const SceneView& scene = *pairs[k].scene;
     const std::uint32_t moving = scene.bodies()[0].piece_count;
     size.fit(largest_counts(scene.pieces().first(moving)),
              largest_counts(scene.pieces().subspan(moving)));
-    (pairs_.empty() ? unplaced : pairs_[k]).place(arena, scene);
+    (placed.empty() ? counted : placed[k]).place(arena, scene);
   }
-  scratch_.place(arena, size);
-  program_.place(arena, count_, kMostBlockRows);
-  way_ = arena.take<GripPose>(std::size_t{kMaxProxyPasses} * count_);
+  scratch.place(arena, size);
+  return placed;
+}
+
+std::span<GripPose> BodyLaw::place_rest(Arena& arena, std::uint32_t bodies,
+                                        BlockProgram& program) noexcept {
+  program.place(arena, bodies, kMostBlockRows);
+  return arena.take<GripPose>(std::size_t{kMaxProxyPasses} * bodies);
+}
+
+void BodyLaw::place(Arena& arena, std::span<const BodyPairScene> pairs,
+                    std::uint32_t bodies) noexcept {
+  count_ = std::min(bodies, kMostMovingBodies);
+  pairs_ = place_pairs(arena, pairs, scratch_);
+  way_ = place_rest(arena, count_, program_);
+}
+
+void BodyLaw::count_bytes(Arena& arena, std::span<const BodyPairScene> pairs,
+                          std::uint32_t bodies) noexcept {
+  NearScratch scratch;
+  BlockProgram program;
+  static_cast<void>(place_pairs(arena, pairs, scratch));
+  static_cast<void>(place_rest(arena, std::min(bodies, kMostMovingBodies), program));
 }
 
 void BodyLaw::read_scenes(std::span<const BodyPairScene> pairs) noexcept {
@@ -71,7 +90,7 @@ void BodyLaw::configure(const Parameters& parameters, std::span<const BodyPairSc
 void BodyLaw::begin(std::span<const GripPose> poses) noexcept {
   for (std::uint32_t i = 0; i < count_; ++i) {
     bodies_[i].p = bodies_[i].goal = poses[i];
-    bodies_[i].potential_j = 0;
+    bodies_[i].potential_j = bodies_[i].start_j = 0;
     bodies_[i].came_m = bodies_[i].came_rad = 0;
   }
   for (BodyPair& pair : pairs_) pair.reset(bodies_[pair.a()].p, of_b(pair).p);
@@ -123,6 +142,7 @@ void BodyLaw::bound_moves(std::span<const GripPose> goals) noexcept {
     body.came_m += norm_of(goals[i].x0_w - body.goal.x0_w);
     body.came_rad += turn_between_rad(goals[i].q_wa, body.goal.q_wa);
     body.error = pose_error(goals[i], body.p);
+    body.start_j = haptic::potential_j(body.is.spring, body.error);
   }
   for (Body& body : bodies()) {
     body.way_left_m = body.turn_left_rad = kUnbounded;
@@ -177,6 +197,7 @@ BodiesTick BodyLaw::tick(std::span<const GripPose> goals) noexcept {
   steps_ = 0;
   if (begin_rest(goals)) {
     for (BodyPair& pair : pairs_) pair.rest_tick();
+    for (Body& body : bodies()) body.start_j = body.potential_j;
     return last_;
   }
   const bool chosen = choose_from_start_ || sticks();
@@ -216,6 +237,17 @@ BodiesTick BodyLaw::tick(std::span<const GripPose> goals) noexcept {
   last_.moved = false;
   last_.work = ProxyWork{};
   return told;
+}
+
+Real BodyLaw::given_j(std::uint32_t body) const noexcept {
+  Real risen = 0, fallen = 0;
+  for (const Body& one : bodies()) {
+    const Real change = one.potential_j - one.start_j;
+    (change > 0 ? risen : fallen) += change;
+  }
+  const Real own = bodies_[body].potential_j - bodies_[body].start_j;
+  if (own >= 0) return own;
+  return -own * (risen / std::min(fallen, -risen));
 }
 
 Wrench BodyLaw::contact_w(std::uint32_t body) const noexcept {

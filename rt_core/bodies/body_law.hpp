@@ -65,9 +65,13 @@ class BodyLaw {
     Real epsilon_m = 0;
   };
 
-  /// Places everything; with a counting arena only the size is computed. At most kMostBodyPairs
-  /// pairs of `bodies` bodies.
+  /// Places everything. At most kMostBodyPairs pairs of `bodies` bodies.
   void place(Arena& arena, std::span<const BodyPairScene> pairs, std::uint32_t bodies) noexcept;
+  /// Counts in `arena`, one that only counts, what place() takes.
+  static void count_bytes(Arena& arena, std::span<const BodyPairScene> pairs,
+                          std::uint32_t bodies) noexcept;
+  /// Rounds of one pass, at most.
+  [[nodiscard]] static std::uint32_t most_rounds(std::uint32_t bodies) noexcept;
   /// Reads the pieces of the same pairs. Their blobs must outlive the law. Not for the servo loop.
   void read_scenes(std::span<const BodyPairScene> pairs) noexcept;
   void configure(const Parameters& parameters, std::span<const BodyPairScene> pairs,
@@ -86,12 +90,18 @@ class BodyLaw {
   [[nodiscard]] Real potential_j(std::uint32_t body) const noexcept {
     return bodies_[body].potential_j;
   }
+  /// Part of the change of that energy in the last tick, after the goals had come to where they
+  /// are: what the other bodies have given its spring, less what it has given them. Sums up to 0
+  /// over the bodies; the rest of a fall is lost [J].
+  [[nodiscard]] Real given_j(std::uint32_t body) const noexcept;
+  [[nodiscard]] std::uint32_t behind_ticks() const noexcept { return behind_ticks_; }
   /// Sum of the contact forces on it, of the last program that had the budget to end: about its
   /// grip point, W axes.
   [[nodiscard]] Wrench contact_w(std::uint32_t body) const noexcept;
   /// Wrench of its spring on its owner: -K g.
   [[nodiscard]] Wrench spring_w(std::uint32_t body) const noexcept;
   [[nodiscard]] std::span<const BodyPair> pairs() const noexcept { return pairs_; }
+  [[nodiscard]] std::span<BodyPair> pairs() noexcept { return pairs_; }
   /// Poses of all bodies after each pass of the last tick that moved them: for judges.
   [[nodiscard]] std::uint32_t steps_of_tick() const noexcept { return steps_; }
   [[nodiscard]] std::span<const GripPose> after_step(std::uint32_t step) const noexcept {
@@ -106,7 +116,7 @@ class BodyLaw {
   struct Body {
     MovingBody is;
     GripPose p, goal;
-    Real potential_j = 0;
+    Real potential_j = 0, start_j = 0;  ///< at the end and the start of the tick, one goal
 
     Real came_m = 0, came_rad = 0;  ///< what its goal has come since the law was not behind
     Real way_left_m = 0, turn_left_rad = 0;  ///< what it may move by in the rest of the tick
@@ -136,6 +146,11 @@ class BodyLaw {
   };
   enum class PassEnd : std::uint8_t { kMoved, kDone, kRejected, kSpent };
 
+  [[nodiscard]] static std::span<BodyPair> place_pairs(Arena& arena,
+                                                       std::span<const BodyPairScene> pairs,
+                                                       NearScratch& scratch) noexcept;
+  [[nodiscard]] static std::span<GripPose> place_rest(Arena& arena, std::uint32_t bodies,
+                                                      BlockProgram& program) noexcept;
   [[nodiscard]] std::span<Body> bodies() noexcept { return std::span(bodies_).first(count_); }
   [[nodiscard]] std::span<const Body> bodies() const noexcept {
     return std::span(bodies_).first(count_);
@@ -183,7 +198,6 @@ class BodyLaw {
   std::array<Real, kMostBodyPairs> tried_m_{};  ///< relative motion of the step tried last, by pair
 
   // Between ticks: is there nothing more to do?
-  bool started_ = false;
   std::uint32_t held_ = 0;          ///< ticks in a row with these goals
   std::uint32_t slow_ = 0;          ///< of them those that gained little, less the others
   std::uint32_t behind_ticks_ = 0;  ///< in a row that have ended for want of budget

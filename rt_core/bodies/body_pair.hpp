@@ -175,6 +175,8 @@ class BodyPair {
   [[nodiscard]] Real gap_m() const noexcept { return gap_m_; }
   /// Planes that hold the bodies; normals in B's axes.
   [[nodiscard]] const FeltContact& felt() const noexcept { return proxy_.felt(); }
+  /// The contact side: of A in B's axes.
+  [[nodiscard]] Proxy& proxy() noexcept { return proxy_; }
   /// Adds `share` times the forces of the rows that hold, before the step is taken: about the grip
   /// point of each body, in W axes, over the reference stiffness [m].
   void add_forces(Real share, BodyMotion& on_a, BodyMotion& on_b) const noexcept;

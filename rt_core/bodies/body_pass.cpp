@@ -8,6 +8,12 @@
 #include "rt_core/proxy/proxy_step.hpp"
 
 namespace haptic {
+namespace {
+
+/// Differences of the sum of energies up to so many roundings of it tell nothing.
+constexpr Real kEnergyRoundings = 32;
+
+}  // namespace
 
 Real BodyLaw::sum_j() const noexcept {
   Real sum = 0;
@@ -58,8 +64,8 @@ BodyLaw::PassTry::PassTry(BodyLaw& law, BodiesTick& told, ProxyTick& tick) noexc
     least_n_per_m = std::min(least_n_per_m, body.is.spring.k_t_n_per_m);
   closes_ = law.may_close_ && gained_j > 0 && worst_m < -kClosedShare * scale_.tolerance_m;
   eases_ = law.has_friction() && law.held_ == 0 && worst_m < -kDeepShare * scale_.tolerance_m;
-  Real least_fall_j =
-      least_n_per_m * scale_.still_m * scale_.still_m / 2 + 32 * kRealEpsilon * start_j_;
+  Real least_fall_j = least_n_per_m * scale_.still_m * scale_.still_m / 2 +
+                      kEnergyRoundings * kRealEpsilon * start_j_;
   for (std::uint32_t k = kPatience; k < std::min(law.slow_, kMostHeld); k += 2) least_fall_j *= 2;
   limit_j_ = closes_ ? start_j_ + gained_j : start_j_ - least_fall_j;
   law.close_m_ = closes_ ? scale_.tolerance_m : eases_ ? kEasedShare * scale_.tolerance_m : Real{0};
@@ -77,7 +83,9 @@ bool BodyLaw::PassTry::is_done(bool found, bool ok) const noexcept {
   const bool stays = std::all_of(
       step_.motion.begin(), step_.motion.begin() + law_.count_,
       [](const BodyMotion& m) { return m.translation_m.isZero(0) && m.rotation_rad.isZero(0); });
-  return stays || (!ok && !closes_ && (law_.is_still(step_) || end_j_ <= start_j_));
+  // A rise by roundings is none: in single precision they are more than a short step gains.
+  const Real same_j = start_j_ + kEnergyRoundings * kRealEpsilon * start_j_;
+  return stays || (!ok && !closes_ && (law_.is_still(step_) || end_j_ <= same_j));
 }
 
 /// True if the goals rest and friction holds the bodies where they are, but for a small share of

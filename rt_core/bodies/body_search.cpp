@@ -21,11 +21,15 @@ std::uint32_t rounds_for(std::uint32_t bodies) noexcept {
 
 }  // namespace
 
+std::uint32_t BodyLaw::most_rounds(std::uint32_t bodies) noexcept {
+  return rounds_for(bodies) + kProxyRetries * kProxyRetryRounds;
+}
+
 BodyLaw::StepSearch::StepSearch(BodyLaw& law, ProxyTick& tick) noexcept
     : law_(law),
       tick_(tick),
       scale_(law.parameters_.scale),
-      rounds_(rounds_for(law.count_) + kProxyRetries * kProxyRetryRounds),
+      rounds_(most_rounds(law.count_)),
       tolerance_m_([&] {
         Real size = 0;
         for (const Body& body : law.bodies()) {
@@ -285,12 +289,39 @@ void BodyLaw::StepSearch::bound_by_tick() noexcept {
   }
 }
 
+/// Two bodies that are near each other and go different shares of what they should do together move
+/// against each other: no farther than one of them may by itself.
+void BodyLaw::StepSearch::bound_together() noexcept {
+  for (std::uint32_t round = 1; round < law_.count_; ++round) {
+    bool changed = false;
+    for (std::size_t k = 0; k < law_.pairs_.size(); ++k) {
+      const BodyPair& pair = law_.pairs_[k];
+      const std::uint32_t a = pair.a(), b = pair.b();
+      if (!pair.has_b() || (s_[a] == s_[b] && s_turn_[a] == s_turn_[b])) continue;
+      const auto going = [&](std::uint32_t i) {
+        const BodyMotion& wish = law_.bodies_[i].wish;
+        return BodyMotion{s_[i] * wish.translation_m, s_turn_[i] * wish.rotation_rad};
+      };
+      const BodyMotion way = pair.relative(going(a), going(b));
+      const Real far_m = norm_of(way.translation_m), turn_rad = norm_of(way.rotation_rad);
+      const Real motion_m = far_m + turn_rad * pair.radius_m();
+      const bool meets = motion_m > std::max(pair.nearest_m(), law_.tried_m_[k]);
+      if (!meets || (far_m <= most_m_ && turn_rad <= most_rad_)) continue;
+      s_[a] = s_[b] = std::min(s_[a], s_[b]);
+      s_turn_[a] = s_turn_[b] = std::min(s_turn_[a], s_turn_[b]);
+      changed = cut_ = true;
+    }
+    if (!changed) return;
+  }
+}
+
 /// The step of this round; false: the bodies wait for a list.
 bool BodyLaw::StepSearch::choose_step(Step& step) noexcept {
   s_.fill(1);
   cut_ = false;
   if (!bound_by_pairs()) return false;
   bound_by_tick();
+  bound_together();
   std::array<BodyMotion, kMostMovingBodies> motion;
   for (std::uint32_t i = 0; i < law_.count_; ++i) {
     const BodyMotion& wish = law_.bodies_[i].wish;

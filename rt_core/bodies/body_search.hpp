@@ -38,6 +38,7 @@ class BodyLaw::StepSearch {
   [[nodiscard]] bool choose_step(Step& step) noexcept;
   [[nodiscard]] bool bound_by_pairs() noexcept;
   void bound_by_tick() noexcept;
+  void bound_together() noexcept;
   [[nodiscard]] Round take_certified(bool still) noexcept;
   [[nodiscard]] Round impose_lacking(const Check& result) noexcept;
   [[nodiscard]] bool shares_are_whole() const noexcept;

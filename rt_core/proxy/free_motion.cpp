@@ -23,21 +23,27 @@ constexpr Real kStuck_n = 0.05_r, kStuckShare = 0.01_r;
 
 }  // namespace
 
-/// Pieces and lengths of the proxy from the scene.
-void FreeMotion::read_scene(const SceneView& scene) noexcept {
-  const SceneParameters& p = scene.parameters();
-  const CouplingParameters& c = p.coupling;
-  proxy_.read_scene(scene);
-  spring_.k_t_n_per_m = static_cast<Real>(c.k_t_n_per_m);
-  spring_.k_r_nm_per_rad = static_cast<Real>(c.k_r_nm_per_rad);
-  spring_.length_m = std::sqrt(spring_.k_r_nm_per_rad / spring_.k_t_n_per_m);
+Spring coupling_spring(const CouplingParameters& c) noexcept {
+  Spring spring;
+  spring.k_t_n_per_m = static_cast<Real>(c.k_t_n_per_m);
+  spring.k_r_nm_per_rad = static_cast<Real>(c.k_r_nm_per_rad);
+  spring.length_m = std::sqrt(spring.k_r_nm_per_rad / spring.k_t_n_per_m);
   // Of a largest error and a largest pull the smaller counts.
   const auto soft = [](double error, double pull, double stiffness) {
     if (pull > 0 && !(error > 0 && error < pull / stiffness)) error = pull / stiffness;
     return static_cast<Real>(error);
   };
-  spring_.soft_translation_m = soft(c.max_translation_error_m, c.max_pull_n, c.k_t_n_per_m);
-  spring_.soft_rotation_rad = soft(c.max_rotation_error_rad, c.max_turn_nm, c.k_r_nm_per_rad);
+  spring.soft_translation_m = soft(c.max_translation_error_m, c.max_pull_n, c.k_t_n_per_m);
+  spring.soft_rotation_rad = soft(c.max_rotation_error_rad, c.max_turn_nm, c.k_r_nm_per_rad);
+  return spring;
+}
+
+/// Pieces and lengths of the proxy from the scene.
+void FreeMotion::read_scene(const SceneView& scene) noexcept {
+  const SceneParameters& p = scene.parameters();
+  const CouplingParameters& c = p.coupling;
+  proxy_.read_scene(scene);
+  spring_ = coupling_spring(c);
   damping_ns_per_m_ = static_cast<Real>(c.damping_ns_per_m);
   damping_share_ = static_cast<Real>(c.damping_share);
   radius_m_ = scene_size(scene).radius_m;
@@ -57,6 +63,7 @@ void FreeMotion::read_scene(const SceneView& scene) noexcept {
 
 void FreeMotion::reset() noexcept {
   proxy_.reset();
+  if (is_shared()) shared_->started = false;
   hold_.reset();
   at_rest_ = false;
 }
@@ -114,15 +121,19 @@ bool FreeMotion::is_stuck(const FreePose& free) const noexcept {
 
 FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom& room) noexcept {
   FreePose free;
-  free.proxy = proxy_.tick(goal, room.scratch);
-  free.grip = proxy_.pose();
+  free.proxy = is_shared() ? shared_->told : proxy_.tick(goal, room.scratch);
+  free.grip = is_shared() ? shared_->pose : proxy_.pose();
   LeftPull pull;
   pull.error = free.proxy.error;
-  pull.held_m = proxy_.held_m();
+  pull.held_m = is_shared() ? shared_->held_m : proxy_.held_m();
   pull.open_n = free.proxy.residual_n;
   pull.spent = free.proxy.spent;
   pull.moved = free.proxy.moved;
   const PoseError error = hold_.felt(pull, spring_, radius_m_);
+  if (is_shared()) {
+    free.flags |= shared_->flags;
+    free.given_j = shared_->given_j;
+  }
   if (hold_.holds()) free.flags |= kFlagHeld;
   if (free.proxy.limited) free.flags |= kFlagProxyLimited;
   if (free.proxy.spent) free.flags |= kFlagBehind;
@@ -149,13 +160,15 @@ FreePose FreeMotion::move(const GripPose& goal, const Twist& twist_w, SearchRoom
 
 void FreeMotion::describe(PairIndex index, SearchRoom& room, const HullScratch& hull,
                           ContactGeometry& out) noexcept {
-  const FeltContact& felt = proxy_.felt();
+  Proxy* const proxy = is_shared() ? shared_->over_standing : &proxy_;
+  if (proxy == nullptr) return;
+  const FeltContact& felt = proxy->felt();
   const auto end = felt.planes.begin() + felt.plane_count;
   const auto is_of = [&](const FeltPlane& plane) { return plane.pair == index; };
   if (std::none_of(felt.planes.begin(), end, is_of)) return;
   const std::uint32_t near_begin = room.near.size(), nodes_begin = room.contact_nodes.size();
   PairPose pose;
-  const NearResult found = proxy_.near_set_of(index, room.scratch, room.near, pose);
+  const NearResult found = proxy->near_set_of(index, room.scratch, room.near, pose);
   const std::span<NearNode> nodes(room.near.begin() + near_begin, room.near.size() - near_begin);
   if (!nodes.empty()) {
     locate_contacts(pose, nodes, false);
@@ -168,7 +181,7 @@ void FreeMotion::describe(PairIndex index, SearchRoom& room, const HullScratch& 
     contact.d_near_m = found.d_near_m;
     contact.situation = situation_of(nodes, found.d_near_m, epsilon_m_, 1);
     contact.epsilon_m = epsilon_m_;
-    describe_contact(*pose.pair, contact, proxy_.pose().x0_w, hull, out);
+    describe_contact(*pose.pair, contact, proxy->pose().x0_w, hull, out);
     out.cut = out.cut || (found.flags & kNearSetCut) != 0;
   }
   room.near.truncate(near_begin);

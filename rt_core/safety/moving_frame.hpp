@@ -31,12 +31,16 @@ inline constexpr Real kFrameFloor_m = 5.0e-4_r, kFrameFloor_rad = 5.0e-3_r;
 /// polynomials (base/rotation.hpp).
 class MovingFrame {
  public:
+  /// Before the first record it is there, not at W's.
+  void begin_at(const Pose& pose) noexcept { now_ = start_ = target_ = pose; }
   /// One tick. `felt`: the device exerts a force, or is about to. @return whether there is a cause
   /// to release the hand.
   bool follow(const FrameRecord& newest, std::int64_t now_ns, bool felt) noexcept;
 
   /// True if a pose was ever given; else the frame is W and the functions below need not be asked.
   [[nodiscard]] bool is_used() const noexcept { return number_ != 0; }
+  /// Its owner is late, too fast, or has given what is no pose: it stays where it is.
+  [[nodiscard]] bool is_lost() const noexcept { return lost_; }
   /// In the last tick the frame went to another place at once: history in it is void.
   [[nodiscard]] bool has_jumped() const noexcept { return jumped_; }
   [[nodiscard]] const Pose& pose() const noexcept { return now_; }  ///< of the frame in W

@@ -84,6 +84,8 @@ double Passivity::generated_j(const PassivityInput& input, const Wrench& command
   double made_j = dot(acted.force_w, way) +
                   passed_on(acted.force_w, 0) * change_j(input.stored.linear_j, stored_.linear_j,
                                                          command.force_w, command_w_.force_w, way);
+  if (input.given_j != 0)
+    made_j -= static_cast<double>(gain_) * passed_on(acted.force_w, 0) * input.given_j;
   if constexpr (kTurns) {
     const Vec3 turn = finite_or_zero(input.turn_rad);
     made_j += dot(acted.torque_w, turn) +

@@ -41,8 +41,8 @@ struct CoreMemory {
   GuideStage* guide = nullptr;  ///< law kProxy, of a scene with a guide; else null
 
   LawId law = LawId::kProxy;
-  PairIndex pair_count = 0;    ///< of the scene
   bool searches_goal = false;  ///< the scene has what a search at the goal needs
+  PairIndex pair_count = 0;    ///< of the scene
   std::span<PairView> pairs;   ///< all of them where it has; else none
   HullScratch hull;
   std::uint64_t hash = kHashStart;

@@ -137,6 +137,7 @@ Output OutputStage::finish(const LawWrench& law, const DeviceMotion& device, con
     in.twist_valid = device.twist.valid;
     in.stored = stored_at_play(law, device.played);
     in.stores = law.stores;
+    in.given_j = law.given_j;
     in.gain = ramped.gain;
     in.fading = !follows || ramped.state == RampState::kOut;
     in.accepted_w = device.accepted_w;

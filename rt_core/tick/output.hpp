@@ -22,6 +22,8 @@ namespace haptic {
 struct LawWrench {
   Wrench wrench_w, spring_w;
   StoredEnergy stored;
+  double given_j = 0;  ///< of it, what other parts that move have given in this tick, less what
+                       ///< went to them
   bool stores = false;
 };
 

@@ -8,7 +8,7 @@ set(compile_sample ${CMAKE_COMMAND} -DCOMPILER=${CMAKE_CXX_COMPILER} "-DFLAGS=${
 
 haptic_build_check(archive_symbols ${CMAKE_COMMAND} -DARCHIVE=$<TARGET_FILE:rt_core> -DNM=${HAPTIC_NM}
   -DOBJDUMP=${HAPTIC_OBJDUMP} "-DSKIP=${skip_compiled}" -P ${checks}/archive_symbols.cmake)
-haptic_build_check(archive_symbols.bodies ${CMAKE_COMMAND} -DARCHIVE=$<TARGET_FILE:rt_bodies> -DBESIDE=$<TARGET_FILE:rt_core>
+haptic_build_check(archive_symbols.servo ${CMAKE_COMMAND} -DARCHIVE=$<TARGET_FILE:rt_servo> -DBESIDE=$<TARGET_FILE:rt_core>
   -DNM=${HAPTIC_NM} -DOBJDUMP=${HAPTIC_OBJDUMP} "-DSKIP=${skip_compiled}" -P ${checks}/archive_symbols.cmake)
 
 function(haptic_archive_probe sample expected)
@@ -46,23 +46,26 @@ set(frame_limit_bytes 4096)
 set(stack_limit_bytes ${HAPTIC_RT_STACK_BYTES})
 if(NOT skip_stack)
   # The graphs must be those of the very objects in the archive, and ccache does not keep them.
-  target_compile_options(rt_core PRIVATE -fcallgraph-info=su)
-  set_target_properties(rt_core PROPERTIES CXX_COMPILER_LAUNCHER "")
+  foreach(library rt_core rt_servo)
+    target_compile_options(${library} PRIVATE -fcallgraph-info=su)
+    set_target_properties(${library} PROPERTIES CXX_COMPILER_LAUNCHER "")
+  endforeach()
 elseif(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # Frames of -O0 and of sanitizers say nothing about the release; they must not stop a build with -Werror.
   target_compile_options(rt_core PRIVATE -Wno-stack-usage)
+  target_compile_options(rt_servo PRIVATE -Wno-stack-usage)
 endif()
 get_target_property(core_folder rt_core BINARY_DIR)
-haptic_build_check(stack_bound ${CMAKE_COMMAND} -DFOLDER=${core_folder}/CMakeFiles/rt_core.dir
+haptic_build_check(stack_bound ${CMAKE_COMMAND} -DFOLDER=${core_folder}/CMakeFiles
   -DLIMIT=${frame_limit_bytes} -DTOTAL=${stack_limit_bytes} "-DSKIP=${skip_stack}" -P ${haptic_linker_dir}/stack_bound.cmake)
 
 # The same figures for the simulator's reports.
 set(stack_header ${PROJECT_BINARY_DIR}/generated/rt_core_stack.hpp)
 add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/generated/rt_core_stack.stamp BYPRODUCTS ${stack_header}
-  COMMAND ${CMAKE_COMMAND} -DFOLDER=${core_folder}/CMakeFiles/rt_core.dir -DLIMIT=${frame_limit_bytes}
+  COMMAND ${CMAKE_COMMAND} -DFOLDER=${core_folder}/CMakeFiles -DLIMIT=${frame_limit_bytes}
     -DTOTAL=${stack_limit_bytes} "-DSKIP=${skip_stack}" -DHEADER=${stack_header} -P ${haptic_linker_dir}/stack_bound.cmake
   COMMAND ${CMAKE_COMMAND} -E touch ${PROJECT_BINARY_DIR}/generated/rt_core_stack.stamp
-  DEPENDS rt_core $<TARGET_FILE:rt_core> ${haptic_linker_dir}/stack_bound.cmake VERBATIM)
+  DEPENDS rt_core rt_servo $<TARGET_FILE:rt_core> $<TARGET_FILE:rt_servo> ${haptic_linker_dir}/stack_bound.cmake VERBATIM)
 add_custom_target(rt_core_stack DEPENDS ${PROJECT_BINARY_DIR}/generated/rt_core_stack.stamp)
 if(TARGET haptic_host_sim)
   add_dependencies(haptic_host_sim rt_core_stack)

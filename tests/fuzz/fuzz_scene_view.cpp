@@ -2,6 +2,7 @@
 /// Any bytes as a compiled scene: refused, or good for a core whose ticks stay within memory and
 /// within the bounds that the header states. Length and hash are corrected first, or hardly any
 /// mutation would reach the checks behind them.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -38,6 +39,7 @@ void correct_parts(std::span<std::byte> blob) {
   if (haptic::SceneView::open(blob, scene) != haptic::RtStatus::kOk) return;
   std::span<std::byte> inside;
   std::span<const haptic::PartRecord> parts;
+  std::span<const haptic::DrivenPair> pairs;
   for (const haptic::SectionEntry& s : scene.sections()) {
     const auto offset = static_cast<std::size_t>(s.offset);
     const auto bytes = static_cast<std::size_t>(s.count * s.element_bytes);
@@ -45,13 +47,16 @@ void correct_parts(std::span<std::byte> blob) {
     if (s.id == haptic::SectionId::kParts && s.element_bytes == sizeof(haptic::PartRecord))
       parts = {reinterpret_cast<const haptic::PartRecord*>(blob.data() + offset),
                static_cast<std::size_t>(s.count)};
+    if (s.id == haptic::SectionId::kDrivenPairs && s.element_bytes == sizeof(haptic::DrivenPair))
+      pairs = {reinterpret_cast<const haptic::DrivenPair*>(blob.data() + offset),
+               static_cast<std::size_t>(s.count)};
   }
-  for (const haptic::PartRecord& part : parts) {
-    if (part.scene_begin > inside.size() || part.scene_bytes > inside.size() - part.scene_begin)
-      continue;
-    correct_header(inside.subspan(static_cast<std::size_t>(part.scene_begin),
-                                  static_cast<std::size_t>(part.scene_bytes)));
-  }
+  const auto correct_scene = [&](std::uint64_t begin, std::uint64_t size) {
+    if (begin > inside.size() || size > inside.size() - begin) return;
+    correct_header(inside.subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(size)));
+  };
+  for (const haptic::PartRecord& part : parts) correct_scene(part.scene_begin, part.scene_bytes);
+  for (const haptic::DrivenPair& pair : pairs) correct_scene(pair.scene_begin, pair.scene_bytes);
   correct_header(blob);
 }
 
@@ -95,8 +100,8 @@ haptic::StepInput leap(const haptic::SceneView& scene, unsigned tick) {
   return input;
 }
 
-void check_tick(const haptic::SceneView& scene, const haptic::StepResult& result) {
-  const std::string over = haptic::test::over_bound(result.counters, scene.header().capacity);
+void check_tick(const haptic::SceneCapacity& bounds, const haptic::StepResult& result) {
+  const std::string over = haptic::test::over_bound(result.counters, bounds);
   require(over.empty(), ("within the header's bound: " + over).c_str());
   const haptic::Wrench& w = result.wrench_w;
   bool finite = !result.has_goal_contact || std::isfinite(static_cast<double>(result.d_near_m));
@@ -118,34 +123,64 @@ void run_core(const haptic::SceneView& scene) {
     return;
   }
   for (unsigned tick = 0; tick < kPressedTicks; ++tick) {
-    check_tick(scene, core->step(pressed(scene, tick)));
+    check_tick(scene.header().capacity, core->step(pressed(scene, tick)));
   }
   for (unsigned tick = 0; tick < kLeaps; ++tick) {
-    check_tick(scene, core->step(leap(scene, tick)));
+    check_tick(scene.header().capacity, core->step(leap(scene, tick)));
   }
 }
+
+constexpr std::size_t kMostLawBytes = std::size_t{1} << 26;
 
 /// Takes every part that may be held, and lets it go.
 void run_parts(const haptic::SceneView& scene) {
   haptic::PartScenes parts;
   if (haptic::PartScenes::open(scene, parts) != haptic::RtStatus::kOk || parts.count() == 0) return;
-  haptic::tools::SceneBytes bytes[2], state[2];
+  // Nobody checks that the law needs as much as the scene says.
+  if (parts.most_law_bytes() > kMostLawBytes) return;
+  haptic::tools::SceneBytes bytes[2], state[2], law[2];
   for (int k = 0; k < 2; ++k) {
     bytes[k] = haptic::tools::SceneBytes(parts.most_bytes());
     state[k] = haptic::tools::SceneBytes(parts.most_state_bytes());
+    law[k] = haptic::tools::SceneBytes(parts.most_law_bytes());
   }
   haptic::PartHand hand;
-  if (hand.begin(parts, {bytes[0].span(), state[0].span()}, {bytes[1].span(), state[1].span()}) !=
-      haptic::RtStatus::kOk) {
+  if (hand.begin(parts, {bytes[0].span(), state[0].span(), law[0].span()},
+                 {bytes[1].span(), state[1].span(), law[1].span()}) != haptic::RtStatus::kOk) {
     return;
   }
+  // Driven parts come from their start along -x, as fast as they may.
+  std::array<haptic::FrameRecord, haptic::kMostDriven> frames;
+  const std::span<const haptic::FrameRecord> newest =
+      std::span(frames).first(parts.driven().size());
+  std::uint64_t ticks = 0;
+  const auto step_hand = [&](const haptic::StepInput& input) {
+    constexpr double kTick_s = 1e-3;
+    ++ticks;
+    const auto now_ns = static_cast<std::int64_t>(ticks * 1'000'000);
+    for (std::size_t k = 0; k < newest.size(); ++k) {
+      const haptic::DrivenRecord& driven = parts.driven()[k];
+      const haptic::PartPlace start = parts.start_of(driven.part);
+      haptic::FrameRecord& frame = frames[k];
+      frame.number = ticks;
+      frame.stamp_ns = now_ns;
+      std::ranges::copy(start.p_wa_m, frame.p_m);
+      std::ranges::copy(start.q_wa_xyzw, frame.q_xyzw);
+      frame.p_m[0] -= kTick_s * static_cast<double>(ticks) * driven.fastest_m_per_s;
+      frame.fastest_m_per_s = driven.fastest_m_per_s;
+      frame.fastest_rad_per_s = driven.fastest_rad_per_s;
+      frame.late_ns = static_cast<std::int64_t>(1e9 * driven.late_s);
+    }
+    hand.follow({newest, now_ns, true});
+    const haptic::StepResult result = hand.step(input);
+    check_tick(hand.bounds(), result);
+  };
   constexpr unsigned kLongestRamp = 400;
   for (std::uint32_t part = 0; part < parts.count(); ++part) {
-    for (unsigned tick = 0; tick < kPressedTicks; ++tick)
-      check_tick(hand.scene(), hand.step(pressed(hand.scene(), tick)));
+    for (unsigned tick = 0; tick < kPressedTicks; ++tick) step_hand(pressed(hand.scene(), tick));
     hand.release();
     const haptic::StepInput still = pressed(hand.scene(), kPressedTicks);
-    for (unsigned k = 0; k < kLongestRamp; ++k) check_tick(hand.scene(), hand.step(still));
+    for (unsigned k = 0; k < kLongestRamp; ++k) step_hand(still);
     if (hand.phase() != haptic::PartHand::Phase::kEmpty) return;
     const haptic::RtStatus taken = hand.prepare((part + 1) % parts.count());
     require(

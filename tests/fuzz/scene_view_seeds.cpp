@@ -67,6 +67,40 @@ std::string parts_blob(const tools::Body& one, const tools::Body& other, const t
   return {reinterpret_cast<const char*>(whole.data()), whole.size()};
 }
 
+/// A part over a plate, and one that its owner moves.
+std::string driven_blob(const tools::Body& held, const tools::Body& driven,
+                        const tools::Body& plate) {
+  constexpr double kBeside_m = 0.2;
+  tools::SceneDescription scene = test::scene_of(held, {plate, driven});
+  scene.moving.position_m = {0.0, 0.0, kFreeStart_m[2]};
+  scene.statics[1].position_m = {kBeside_m, 0.0, kFreeStart_m[2]};
+  scene.parameters.law = LawId::kProxy;
+  scene.parameters.goal_contact = 0;
+  const std::vector<std::byte> around = tools::write_scene(scene);
+  tools::SceneDescription standing = scene, pair = scene;
+  standing.statics.pop_back();
+  pair.statics.erase(pair.statics.begin());
+  pair.statics[0].position_m = {0, 0, 0};
+  pair.moving.position_m = {-kBeside_m, 0, 0};
+  std::vector<tools::HeldPart> parts(3);
+  parts[0].role = PartRole::kHand;
+  parts[0].scene = tools::write_scene(standing);
+  parts[0].others = {1};
+  parts[0].pairs.push_back({0, tools::write_scene(pair)});
+  parts[2].role = PartRole::kDriven;
+  parts[0].start.p_wa_m[2] = parts[2].start.p_wa_m[2] = kFreeStart_m[2];
+  parts[2].start.p_wa_m[0] = kBeside_m;
+  DrivenRecord record{};
+  record.part = 2;
+  record.fastest_m_per_s = record.fastest_rad_per_s = 1;
+  record.late_s = 0.1;
+  record.push_n = 100;
+  record.ratio = kDrivenRatio;
+  record.radius_m = 0.1;
+  const std::vector<std::byte> whole = tools::with_parts(around, parts, {record});
+  return {reinterpret_cast<const char*>(whole.data()), whole.size()};
+}
+
 /// Unit of a scene of which products of four lengths are zero in Real: just above those whose
 /// volume would be zero too, which are refused.
 constexpr double kLeastUnit_m = HAPTIC_REAL_IS_FLOAT ? 1e-30 : 1e-100;
@@ -202,6 +236,7 @@ std::vector<Seed> seeds() {
                  {"proxy", written(proxy)},
                  {"rough", written(rough)},
                  {"parts", parts_blob(tetrahedron, small_block, table)},
+                 {"driven", driven_blob(tetrahedron, small_block, table)},
                  {"marked", marked_blob(tetrahedron, test::join({table, step}), false)},
                  {"fixed_cut", fixed_cut_blob(tetrahedron, LawId::kPaper)},
                  {"fixed_cut_proxy", fixed_cut_blob(tetrahedron, LawId::kProxy)},

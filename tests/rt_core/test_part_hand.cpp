@@ -79,8 +79,8 @@ struct Bench {
       room[k] = tools::SceneBytes(scenes.most_bytes());
       state[k] = tools::SceneBytes(scenes.most_state_bytes());
     }
-    REQUIRE(hand.begin(scenes, {room[0].span(), state[0].span()},
-                       {room[1].span(), state[1].span()}) == RtStatus::kOk);
+    REQUIRE(hand.begin(scenes, {room[0].span(), state[0].span(), {}},
+                       {room[1].span(), state[1].span(), {}}) == RtStatus::kOk);
   }
 
   StepResult step(const Point& p) {

@@ -222,6 +222,29 @@ TEST_SUITE("rt_core.passivity") {
     CHECK(passivity.update(wall.in).acted);
   }
 
+  TEST_CASE("energy that other parts give the spring is no debt, and what it gives them is one") {
+    // A part that is pushed by 1 mm a tick into a spring whose hand stands still, and let go again.
+    const auto largest_debt_j = [](double share) {
+      Passivity passivity(limits_of(0.1, 1.0));
+      PassivityInput in;
+      in.stores = in.twist_valid = true;
+      double before_j = 0, largest_j = 0;
+      for (int k = 0; k <= 20; ++k) {
+        const double stretch_m = 1e-3 * (k <= 10 ? k : 20 - k);
+        in.stamp_ns += kTick_ns;
+        in.stored.linear_j = 0.5 * 1000 * stretch_m * stretch_m;
+        in.command_w.force_w = Vec3(static_cast<Real>(-1000 * stretch_m), 0, 0);
+        in.given_j = share * (in.stored.linear_j - before_j);
+        before_j = in.stored.linear_j;
+        largest_j = std::max(largest_j, passivity.update(in).debt_j);
+      }
+      return largest_j;
+    };
+    CHECK(largest_debt_j(1) <= kRounding_j_per_j * 0.05);
+    CHECK(largest_debt_j(0) == doctest::Approx(0.05));  // as if the rendering had made it
+    CHECK(largest_debt_j(0.5) == doctest::Approx(0.025));
+  }
+
   TEST_CASE("stamps that are not newer: counted, but neither credited nor paid") {
     Passivity passivity(limits_of(0.1, 1.0));
     PassivityInput in;

@@ -13,6 +13,7 @@ RtStatus HeldParts::open(const SceneView& scene, std::unique_ptr<HeldParts>& par
   for (std::size_t k = 0; k < opened->scene.size(); ++k) {
     opened->scene[k] = SceneBytes(opened->scenes.most_bytes());
     opened->state[k] = SceneBytes(opened->scenes.most_state_bytes());
+    opened->law[k] = SceneBytes(opened->scenes.most_law_bytes());
   }
   status = opened->begin();
   if (status == RtStatus::kOk) parts = std::move(opened);
@@ -20,7 +21,10 @@ RtStatus HeldParts::open(const SceneView& scene, std::unique_ptr<HeldParts>& par
 }
 
 RtStatus HeldParts::begin() noexcept {
-  return hand.begin(scenes, {scene[0].span(), state[0].span()}, {scene[1].span(), state[1].span()});
+  const auto room = [&](std::size_t k) {
+    return PartHand::Room{scene[k].span(), state[k].span(), law[k].span()};
+  };
+  return hand.begin(scenes, room(0), room(1));
 }
 
 }  // namespace haptic::tools

@@ -13,7 +13,7 @@ namespace haptic::tools {
 /// Not movable: the hand points into it.
 struct HeldParts {
   PartScenes scenes;
-  std::array<SceneBytes, 2> scene, state;
+  std::array<SceneBytes, 2> scene, state, law;
   PartHand hand;
 
   /// With the part held that is held at first. `scene` must outlive `parts`.

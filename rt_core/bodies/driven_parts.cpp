@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_core/bodies/driven_parts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "rt_core/base/rotation.hpp"
+#include "rt_core/base/stamp.hpp"
+#include "rt_core/law/coupling.hpp"
+
+namespace haptic {
+namespace {
+
+/// A step makes up for no more time than this, however long ago the last one was.
+constexpr Real kLongestStep_s = 0.02_r;
+/// Nearer than this, and in no need of a bound, it is where its owner has it.
+constexpr Real kArrived_m = 1.0e-6_r, kArrived_rad = 1.0e-6_r;
+
+Vec3 middle_of(const DrivenRecord& record) noexcept {
+  return {static_cast<Real>(record.middle_m[0]), static_cast<Real>(record.middle_m[1]),
+          static_cast<Real>(record.middle_m[2])};
+}
+
+/// The tighter of what the owner states with a pose, 0: nothing, and what the scene does.
+double tighter(double given, double stated) noexcept {
+  return given > 0 ? std::min(given, stated) : stated;
+}
+
+FrameRecord within(FrameRecord given, const DrivenRecord& record) noexcept {
+  given.fastest_m_per_s = tighter(given.fastest_m_per_s, record.fastest_m_per_s);
+  given.fastest_rad_per_s = tighter(given.fastest_rad_per_s, record.fastest_rad_per_s);
+  const auto late_ns = static_cast<std::int64_t>(1e9 * record.late_s);
+  given.late_ns = given.late_ns > 0 ? std::min(given.late_ns, late_ns) : late_ns;
+  return given;
+}
+
+Real size(const Vec3& v) noexcept { return std::sqrt(v.squaredNorm()); }
+
+}  // namespace
+
+void DrivenParts::begin(std::span<const DrivenRecord> records,
+                        std::span<const Pose> starts) noexcept {
+  records_ = records.first(std::min<std::size_t>(records.size(), kMostDriven));
+  last_ns_ = 0;
+  for (std::uint32_t k = 0; k < count(); ++k) {
+    frames_[k] = MovingFrame();
+    frames_[k].begin_at(starts[k]);
+    states_[k] = DrivenState();
+    states_[k].commanded_wa = states_[k].felt_wa = starts[k];
+    reach_[k] = Reach();
+  }
+}
+
+bool DrivenParts::follow(const DrivenInput& input) noexcept {
+  const Real passed_s =
+      last_ns_ == 0 || input.now_ns <= last_ns_ ? 0 : seconds_between(last_ns_, input.now_ns);
+  last_ns_ = input.now_ns;
+  bool is_cause = false;
+  for (std::uint32_t k = 0; k < count(); ++k) {
+    DrivenState& state = states_[k];
+    MovingFrame& frame = frames_[k];
+    const FrameRecord given = k < input.newest.size() ? input.newest[k] : FrameRecord{};
+    const bool is_felt = input.is_felt && state.touches;
+    state.is_lost = frame.follow(within(given, records_[k]), input.now_ns, is_felt);
+    state.commanded_wa = frame.pose();
+    is_cause = is_cause || (state.is_lost && state.touches);
+    Reach& reach = reach_[k];
+    const auto more = [&](Real& left, double fastest) {
+      const Real speed = kCatchUp * static_cast<Real>(fastest);
+      left = std::min(left + speed * passed_s, speed * kLongestStep_s);
+    };
+    more(reach.way_m, records_[k].fastest_m_per_s);
+    more(reach.turn_rad, records_[k].fastest_rad_per_s);
+  }
+  return is_cause;
+}
+
+GripPose DrivenParts::grip_of(std::uint32_t k, const Pose& pose_wa) const noexcept {
+  GripPose grip;
+  grip.q_wa = pose_wa.q_wa;
+  grip.r_wa = pose_wa.q_wa.toRotationMatrix();
+  grip.x0_w = pose_wa.p_wa + grip.r_wa * middle_of(records_[k]);
+  return grip;
+}
+
+GripPose DrivenParts::felt(std::uint32_t k) const noexcept {
+  return grip_of(k, states_[k].felt_wa);
+}
+
+GripPose DrivenParts::goal(std::uint32_t k) const noexcept {
+  const GripPose goal = grip_of(k, states_[k].commanded_wa);
+  const GripPose from = felt(k);
+  const PoseError error = pose_error(goal, from);
+  const Real far_m = size(error.translation_m), turn_rad = size(error.rotation_rad);
+  const Reach& reach = reach_[k];
+  if (far_m <= reach.way_m + kArrived_m && turn_rad <= reach.turn_rad + kArrived_rad) return goal;
+  const auto share = [](Real whole, Real most) { return whole > most ? most / whole : Real{1}; };
+  return moved(from, share(far_m, reach.way_m) * error.translation_m,
+               share(turn_rad, reach.turn_rad) * error.rotation_rad);
+}
+
+void DrivenParts::take(std::uint32_t k, const GripPose& felt, const Wrench& pushed_w,
+                       bool touches) noexcept {
+  DrivenState& state = states_[k];
+  const Vec3 middle_w = felt.r_wa * middle_of(records_[k]);
+  const GripPose commanded = grip_of(k, state.commanded_wa);
+  const bool arrived = felt.x0_w == commanded.x0_w && felt.q_wa.coeffs() == commanded.q_wa.coeffs();
+  state.felt_wa = arrived ? state.commanded_wa : Pose{felt.x0_w - middle_w, felt.q_wa};
+  const PoseError error = pose_error(commanded, felt);
+  state.lag_m = size(error.translation_m);
+  state.lag_rad = size(error.rotation_rad);
+  state.pushed_w = {pushed_w.force_w, pushed_w.torque_w + middle_w.cross(pushed_w.force_w)};
+  state.touches = touches;
+  reach_[k] = Reach();
+}
+
+void DrivenParts::pass(std::uint32_t k) noexcept {
+  DrivenState& state = states_[k];
+  state.felt_wa = state.commanded_wa;
+  state.lag_m = state.lag_rad = 0;
+  state.pushed_w = Wrench{};
+  state.touches = false;
+  reach_[k] = Reach();
+}
+
+}  // namespace haptic
