@@ -30,6 +30,20 @@ Json simplified_json(const BodyFacts& body) {
           {"volume_change_m3", body.simplified->volume_change_m3}};
 }
 
+Json driven_json(const BodyFacts& body) {
+  if (!body.driven) return nullptr;
+  const DrivenRecord& d = body.driven->record;
+  return {{"fastest_m_per_s", d.fastest_m_per_s},
+          {"fastest_rad_per_s", d.fastest_rad_per_s},
+          {"late_s", d.late_s},
+          {"push_n", d.push_n},
+          {"stiffness_ratio", d.ratio},
+          {"middle_m", d.middle_m},
+          {"radius_m", d.radius_m},
+          {"scenes", body.driven->scenes},
+          {"scene_bytes", body.driven->scene_bytes}};
+}
+
 Json body_json(const BodyFacts& body, bool moving) {
   Json pieces = Json::array();
   for (const PieceFacts& p : body.pieces) {
@@ -50,13 +64,16 @@ Json body_json(const BodyFacts& body, bool moving) {
   }
   const BodyRecheck& r = body.recheck;
   return {{"name", body.name},
-          {"role", moving ? "moving" : "static"},
+          {"role", moving        ? "moving"
+                   : body.driven ? "driven"
+                                 : "static"},
           {"reference_m", body.reference_m},
           {"volume_m3", body.volume_m3},
           {"friction", body.friction},
           {"friction_static", body.friction_static},
           {"simplified", simplified_json(body)},
           {"held_scene_bytes", body.held_bytes ? Json(*body.held_bytes) : Json()},
+          {"driven", driven_json(body)},
           {"planes", body.planes},
           {"pieces", std::move(pieces)},
           {"recheck",

@@ -40,12 +40,16 @@ std::string recheck_text(const BodyRecheck& r) {
 
 std::string body_text(const BodyFacts& body, std::size_t index) {
   std::string text = formatted("  %s '%s': %zu pieces, %u planes, volume %.9g m3\n",
-                               index == 0 ? "moving" : "static", body.name.c_str(),
-                               body.pieces.size(), body.planes, body.volume_m3);
+                               index == 0    ? "moving"
+                               : body.driven ? "driven"
+                                             : "static",
+                               body.name.c_str(), body.pieces.size(), body.planes, body.volume_m3);
   text += formatted("    %s (%.9g, %.9g, %.9g) m\n",
                     index == 0 ? "grip point in the mesh frame" : "reference point in W",
                     body.reference_m[0], body.reference_m[1], body.reference_m[2]);
-  if (body.held_bytes) {
+  if (body.driven) {
+    text += "    moved by its owner: " + driven_as_text(*body.driven) + "\n";
+  } else if (body.held_bytes) {
     text += *body.held_bytes > 0 ? formatted("    may be held, in a scene of %llu bytes\n",
                                              static_cast<unsigned long long>(*body.held_bytes))
                                  : std::string("    never held\n");
@@ -161,6 +165,14 @@ std::string pairs_as_text(const SceneFacts& facts,
     text += graph_form(p, graph_budget_bytes) + "\n";
   }
   return text + rest_line(facts.pairs.size());
+}
+
+std::string driven_as_text(const DrivenFacts& driven) {
+  const DrivenRecord& d = driven.record;
+  return formatted("at up to %.6g m/s and %.6g rad/s, late after %.6g s, pushes with up to %.6g N",
+                   d.fastest_m_per_s, d.fastest_rad_per_s, d.late_s, d.push_n) +
+         "; " + grouped(driven.scenes) + (driven.scenes == 1 ? " scene" : " scenes") +
+         " with parts that may be held, " + grouped(driven.scene_bytes) + " bytes";
 }
 
 std::string facts_as_text(const SceneFacts& facts) {

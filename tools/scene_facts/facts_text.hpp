@@ -29,6 +29,10 @@ std::string nodes_as_text(const SceneFacts& facts);
 /// One line per pair, the first 20; with the budget of stored graphs where it is known.
 std::string pairs_as_text(const SceneFacts& facts, std::optional<std::uint64_t> graph_budget_bytes);
 
+/// "at up to 0.25 m/s and 1 rad/s, late after 0.1 s, pushes with up to 100 N; ..." and the scenes
+/// that it has with parts that may be held.
+std::string driven_as_text(const DrivenFacts& driven);
+
 /// 1234567 -> "1 234 567".
 std::string grouped(std::uint64_t n);
 

@@ -123,6 +123,19 @@ bool wide_lists(const SceneView& view) {
   return false;
 }
 
+void add_driven(const PartScenes& parts, SceneFacts& facts) {
+  for (std::uint32_t j = 0; j < parts.driven().size(); ++j) {
+    DrivenFacts driven;
+    driven.record = parts.driven()[j];
+    for (std::uint32_t k = 0; k < parts.count(); ++k) {
+      const std::size_t bytes = parts.pair_scene(k, j).size();
+      driven.scenes += bytes > 0 ? 1 : 0;
+      driven.scene_bytes += bytes;
+    }
+    facts.bodies[driven.record.part].driven = driven;
+  }
+}
+
 }  // namespace
 
 std::string section_name(SectionId id) {
@@ -154,9 +167,11 @@ std::string section_name(SectionId id) {
                                            "guide stations",
                                            "parts",
                                            "part bodies",
-                                           "part scenes"};
+                                           "part scenes",
+                                           "driven parts",
+                                           "driven pairs"};
   const auto number = static_cast<std::uint32_t>(id);
-  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kPartScenes));
+  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kDrivenPairs));
   if (number >= 1 && number <= std::size(kNames)) return kNames[number - 1];
   return "section " + std::to_string(number);
 }
@@ -206,6 +221,7 @@ SceneFacts facts_of(const SceneView& view) {
     body.recheck = recheck_body(view, b);
     facts.bodies.push_back(std::move(body));
   }
+  if (has_parts) add_driven(parts, facts);
   for (const SimplifiedBody& s : view.simplified_bodies()) facts.bodies[s.body].simplified = s;
   std::vector<PieceSpread> spreads;
   for (std::uint32_t i = 0; i < view.pieces().size(); ++i) spreads.emplace_back(view.piece(i));

@@ -68,6 +68,12 @@ struct BodyRecheck {
       0;  ///< within tolerance, by a face plane of one of the two or a plane along edges of both
 };
 
+/// A part that its owner moves.
+struct DrivenFacts {
+  DrivenRecord record{};
+  std::uint64_t scenes = 0, scene_bytes = 0;  ///< with the parts that may be held
+};
+
 struct BodyFacts {
   std::string name;
   std::array<double, 3> reference_m{0, 0, 0};
@@ -80,6 +86,7 @@ struct BodyFacts {
   BodyRecheck recheck;
   /// Size of the scene in which the hand holds it, 0: it never does; absent: one part alone moves.
   std::optional<std::uint64_t> held_bytes;
+  std::optional<DrivenFacts> driven;  ///< absent: no owner moves it
   /// A surface: facets, which have no volume.
   [[nodiscard]] bool is_surface() const { return !pieces.empty() && pieces.front().faces == 2; }
 };

@@ -292,7 +292,8 @@ std::string body_sentences(const Inspection& inspection, std::size_t index,
                      (index == 0 ? "moves with the hand. "
                       : body.held_bytes.value_or(0) > 0
                           ? "stands until the hand holds it, and where it is then let go. "
-                          : "stands still. ");
+                      : body.driven ? "moves as its owner has it, and pushes the part in the hand. "
+                                    : "stands still. ");
   const std::size_t pieces = body.pieces.size();
   if (body.is_surface()) {
     return text + "It is a surface of " + counted(pieces, "flat facet") + " in " +

@@ -69,8 +69,8 @@ struct Bench {
       scene[k] = SceneBytes(parts.most_bytes());
       state[k] = SceneBytes(parts.most_state_bytes());
     }
-    REQUIRE(hand.begin(parts, {scene[0].span(), state[0].span()},
-                       {scene[1].span(), state[1].span()}) == RtStatus::kOk);
+    REQUIRE(hand.begin(parts, {scene[0].span(), state[0].span(), {}},
+                       {scene[1].span(), state[1].span(), {}}) == RtStatus::kOk);
     for (int k = 0; k < 3; ++k) device[k] = parts.start_of(0).p_wa_m[k];
     step();
   }
@@ -164,7 +164,7 @@ TEST_SUITE("tools.held_parts") {
     CHECK(scene.moving.name == "peg");
     REQUIRE(scene.statics.size() == 3);
     CHECK(scene.statics[2].role == PartRole::kPlaced);
-    const SceneFile ring = scene_holding(scene, 3);
+    const SceneFile ring = scene_holding(scene, 3, parts_standing(scene, 3));
     CHECK(ring.moving.name == "ring");
     CHECK(ring.statics[0].name == "peg");
     CHECK(ring.statics[1].name == "table");
@@ -212,7 +212,8 @@ TEST_SUITE("tools.held_parts") {
         {replaced(good, "role = \"hand\"", "role = \"fixed\""), "none has role = \"hand\""},
         {replaced(good, "role = \"placed\"", "role = \"hand\""), "another part already"},
         {replaced(good, "role = \"placed\"", "role = \"lose\""), "is 'lose'; give \"hand\""},
-        {replaced(good, "role = \"placed\"\n", ""), "give \"hand\", \"placed\" or \"fixed\""},
+        {replaced(good, "role = \"placed\"\n", ""),
+         "give \"hand\", \"placed\", \"fixed\" or \"driven\""},
         {replaced(good, "name = \"ring\"", "name = \"peg\""), "is the name of another part"},
         {replaced(good, "name = \"ring\"\n", ""), "give the part a name"},
         {replaced(good, "name = \"table\"\n", "name = \"table\"\ngrip_m = [0, 0, 0]\n"),

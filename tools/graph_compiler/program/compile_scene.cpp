@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/graph_compiler/program/compile_scene.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -242,8 +243,6 @@ WrittenPart compile_solid(const PartMesh& source, const ScenePart& part, const S
   result.placed.mesh_origin_m = std::exchange(flat.world.centre_m, {0.0, 0.0, 0.0});
   std::vector<std::size_t> order;
   result.placed.body = to_body(flat, pieces, body_name(part), &order);
-  result.placed.position_m = part.position_m;
-  result.placed.quaternion_wxyz = part.quaternion_wxyz;
   report.volume_m3 = result.placed.body.volume_m3;
   report.pieces = result.placed.body.pieces;
   report.timing.decompose_s = watch.lap() - exact.flatten_s;
@@ -626,6 +625,13 @@ void add_flush_notes(const SceneFile& scene, const SceneView& view,
   std::vector<FlushStep> steps =
       flush_steps(view, exposure, static_cast<double>(scale.tolerance_m),
                   kToldClimbs * (climb_m > 0.0 ? climb_m : kUsualClimb_m));
+  // A driven part stands beside a fixed one for a moment.
+  std::erase_if(steps, [&](const FlushStep& step) {
+    const auto is_driven = [&](std::size_t body) {
+      return scene.statics[body - 1].role == PartRole::kDriven;
+    };
+    return step.body != step.other && (is_driven(step.body) || is_driven(step.other));
+  });
   std::ranges::stable_sort(steps, std::ranges::greater{}, &FlushStep::height_m);
   for (std::size_t k = 0; k < std::min(steps.size(), kMostTold); ++k) {
     const FlushStep& step = steps[k];
@@ -658,17 +664,20 @@ void add_unit_notes(const SceneFile& scene, CompiledScene& result) {
   }
 }
 
-/// The part for the scene writer. A facet has no seam.
+/// The part for the scene writer, at the pose of `placed`. A facet has no seam.
 WrittenPart written_part(CompiledPart part, const ScenePart& placed, const PartReport& report) {
-  if (auto* solid = std::get_if<WrittenPart>(&part.shape)) return std::move(*solid);
   WrittenPart written;
-  written.placed.body = surface_body(std::get<SurfacePart>(part.shape), body_name(placed));
+  if (auto* solid = std::get_if<WrittenPart>(&part.shape)) {
+    written = std::move(*solid);
+  } else {
+    written.placed.body = surface_body(std::get<SurfacePart>(part.shape), body_name(placed));
+    written.exposure.resize(written.placed.body.pieces.size());
+    if (report.collapsed && report.collapsed->changed()) {
+      written.placed.simplified = {report.collapsed->hausdorff_m(), 0.0};
+    }
+  }
   written.placed.position_m = placed.position_m;
   written.placed.quaternion_wxyz = placed.quaternion_wxyz;
-  written.exposure.resize(written.placed.body.pieces.size());
-  if (report.collapsed && report.collapsed->changed()) {
-    written.placed.simplified = {report.collapsed->hausdorff_m(), 0.0};
-  }
   return written;
 }
 
@@ -696,7 +705,8 @@ class CompiledParts {
  public:
   CompiledParts(const SceneFile& scene, const CompileOptions& options) {
     for (std::size_t k = 0; k <= scene.statics.size(); ++k)
-      if (may_hold(scene, k)) check_clearances(scene_holding(scene, k), options);
+      if (may_hold(scene, k))
+        check_clearances(scene_holding(scene, k, parts_met(scene, k)), options);
     MeshFiles files;
     parts_.push_back(compile_part(scene.moving, scene, options, files));
     for (const ScenePart& part : scene.statics)
@@ -704,10 +714,11 @@ class CompiledParts {
   }
   /// All, the moving one first.
   [[nodiscard]] const std::vector<CompiledPart>& all() const { return parts_; }
-  /// Those of scene_holding(scene, part), in their order.
-  [[nodiscard]] std::vector<CompiledPart> holding(const SceneFile& scene, std::size_t part) const {
+  /// Those of scene_holding(scene, part, others), in their order.
+  [[nodiscard]] std::vector<CompiledPart> holding(std::size_t part,
+                                                  const std::vector<std::size_t>& others) const {
     std::vector<CompiledPart> parts{parts_[part]};
-    for (const std::size_t other : parts_met(scene, part)) parts.push_back(parts_[other]);
+    for (const std::size_t other : others) parts.push_back(parts_[other]);
     return parts;
   }
 
@@ -715,7 +726,7 @@ class CompiledParts {
   std::vector<CompiledPart> parts_;
 };
 
-/// @param parts  those of `scene`, the moving one first.
+/// @param parts  those of `scene`, the moving one first; its law and its start have been checked.
 CompiledScene compiled_with(const SceneFile& scene, std::vector<CompiledPart> parts,
                             const CompileOptions& options) {
   CompiledScene result;
@@ -729,8 +740,6 @@ CompiledScene compiled_with(const SceneFile& scene, std::vector<CompiledPart> pa
   description.workspace = scene.workspace;
   description.prune = options.prune;
 
-  check_law(scene, parts);
-  check_start(scene, parts);
   if (options.for_questions) {
     result.start_shapes.push_back(start_shape_of(parts[0], scene.moving));
     for (std::size_t i = 0; i < scene.statics.size(); ++i)
@@ -816,28 +825,131 @@ void take_warnings(const CompiledScene& held, std::size_t part,
   add_new(result.notes, held.notes);
 }
 
+/// The scene in which `part` moves, seen from driven part `driven`, which alone stands there.
+SceneFile scene_of_pair(const SceneFile& scene, std::size_t part, std::size_t driven) {
+  SceneFile pair = scene_holding(scene, part, {driven});
+  ScenePart &a = pair.moving, &b = pair.statics[0];
+  const auto turn_of = [](const ScenePart& p) {
+    const std::array<double, 4>& q = p.quaternion_wxyz;
+    return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized();
+  };
+  // R_B^T (x_A - x_B) and R_B^T R_A.
+  const Eigen::Quaterniond back = turn_of(b).conjugate();
+  const Eigen::Quaterniond q = back * turn_of(a);
+  const Eigen::Vector3d p =
+      back * (Eigen::Vector3d(a.position_m.data()) - Eigen::Vector3d(b.position_m.data()));
+  a.position_m = {p[0], p[1], p[2]};
+  a.quaternion_wxyz = {q.w(), q.x(), q.y(), q.z()};
+  b.position_m = {0, 0, 0};
+  b.quaternion_wxyz = {1, 0, 0, 0};
+  return pair;
+}
+
+/// Largest force of the spring that leads a driven part, where that of the hand pulls with `pull_n`
+/// at most; 0: that one has no limit.
+double push_of(const SceneFile& scene, const ScenePart& part, double pull_n) {
+  constexpr double kPulls = 10, kPush_n = 100;
+  const DrivenRequest& driven = part.driven;
+  if (!driven.push_n) return pull_n > 0 ? kPulls * pull_n : kPush_n;
+  if (*driven.push_n > pull_n) return *driven.push_n;
+  throw InputError(scene.file + ":" + std::to_string(driven.push_at.line) + ":" +
+                   std::to_string(driven.push_at.column) +
+                   formatted(": [[part]] push_n: is %.9g N, and the hand's spring pulls with up to "
+                             "%.9g N ([device] max_force_n), so that the hand would push '%s' "
+                             "back; give more than that, or leave it out for %.9g N",
+                             *driven.push_n, pull_n, part.name.c_str(), kPulls * pull_n));
+}
+
+/// The box and the radius of a driven part in its mesh frame, and what the scene says of it.
+DrivenRecord driven_record(const SceneFile& scene, std::size_t part, const CompiledPart& compiled,
+                           double pull_n) {
+  const ScenePart& driven = numbered_part(scene, part);
+  const PlacedBody placed = written_part(compiled, driven, compiled.report).placed;
+  std::array<double, 3> low, high;
+  low.fill(std::numeric_limits<double>::infinity());
+  high.fill(-std::numeric_limits<double>::infinity());
+  for (const ConvexPiece& piece : placed.body.pieces) {
+    for (const auto& v : piece.vertices) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], v[k] + placed.mesh_origin_m[k]);
+        high[k] = std::max(high[k], v[k] + placed.mesh_origin_m[k]);
+      }
+    }
+  }
+  DrivenRecord record{};
+  record.part = static_cast<std::uint32_t>(part);
+  record.fastest_m_per_s = driven.driven.fastest_m_per_s;
+  record.fastest_rad_per_s = driven.driven.fastest_rad_per_s;
+  record.late_s = driven.driven.late_s;
+  record.push_n = push_of(scene, driven, pull_n);
+  record.ratio = kDrivenRatio;
+  std::array<double, 3> middle_m{};
+  for (std::size_t k = 0; k < 3; ++k) record.middle_m[k] = middle_m[k] = 0.5 * (low[k] + high[k]);
+  // Rounded up, for the scene has its vertices in Real.
+  constexpr double kRounding = 8 * static_cast<double>(std::numeric_limits<Real>::epsilon());
+  record.radius_m = (1 + kRounding) * radius_about(placed, middle_m);
+  return record;
+}
+
+/// Largest pull of the hand's spring [N]; 0: without limit.
+double pull_of(const CompiledScene& scene) {
+  const SceneBytes bytes{scene.bytes};
+  SceneView view;
+  if (SceneView::open(bytes.span(), view) != RtStatus::kOk)
+    throw std::logic_error("the scene just written does not open");
+  return view.parameters().coupling.max_pull_n;
+}
+
+/// The scenes in which `part` may be held: that of the parts that stand, and one with each driven
+/// part that it may meet. `result` is the scene around, which takes the warnings.
+void compile_held(const SceneFile& scene, const CompiledParts& parts, std::size_t part,
+                  const std::vector<DrivenRecord>& driven, const CompileOptions& options,
+                  HeldPart& held, CompiledScene& result) {
+  const std::vector<std::size_t> met = parts_met(scene, part);
+  const std::vector<std::size_t> others = parts_standing(scene, part);
+  held.others.assign(others.begin(), others.end());
+  if (part == 0 && others.size() == scene.statics.size()) {
+    held.scene = result.bytes;
+  } else {
+    std::vector<CompiledPart> among = parts.holding(part, met);
+    check_start(scene_holding(scene, part, met), among);
+    add_new(result.parts[part].warnings, among[0].report.warnings);
+    const CompiledScene standing =
+        compiled_with(scene_holding(scene, part, others), parts.holding(part, others), options);
+    take_warnings(standing, part, others, result);
+    held.scene = standing.bytes;
+  }
+  for (std::uint32_t j = 0; j < driven.size(); ++j) {
+    if (std::ranges::find(met, driven[j].part) == met.end()) continue;
+    const std::vector<std::size_t> alone{driven[j].part};
+    const CompiledScene pair = compiled_with(scene_of_pair(scene, part, driven[j].part),
+                                             parts.holding(part, alone), options);
+    take_warnings(pair, part, alone, result);
+    held.pairs.push_back({j, pair.bytes});
+  }
+}
+
 /// The scene of the part that is held at first, against all others; and in it those of the parts
 /// that may be held, each against those that it may meet.
 CompiledScene compiled_with_parts(const SceneFile& scene, const CompileOptions& options) {
   const CompiledParts parts(scene, options);
-  CompiledScene result = compiled_with(scene, parts.all(), options);
+  check_law(scene, parts.all());
+  std::vector<CompiledPart> all = parts.all();
+  check_start(scene, all);
+  CompiledScene result = compiled_with(scene, std::move(all), options);
   if (!scene.has_parts()) return result;
+  const double pull_n = pull_of(result);
+  std::vector<DrivenRecord> driven;
+  for (std::size_t k = 0; k <= scene.statics.size(); ++k) {
+    if (numbered_part(scene, k).role == PartRole::kDriven)
+      driven.push_back(driven_record(scene, k, parts.all()[k], pull_n));
+  }
   std::vector<HeldPart> held;
   for (std::size_t k = 0; k <= scene.statics.size(); ++k) {
-    held.push_back(part_of(k == 0 ? scene.moving : scene.statics[k - 1]));
-    if (!may_hold(scene, k)) continue;
-    const std::vector<std::size_t> others = parts_met(scene, k);
-    held[k].others.assign(others.begin(), others.end());
-    if (k == 0 && others.size() == scene.statics.size()) {
-      held[k].scene = result.bytes;
-      continue;
-    }
-    const CompiledScene other =
-        compiled_with(scene_holding(scene, k), parts.holding(scene, k), options);
-    take_warnings(other, k, others, result);
-    held[k].scene = other.bytes;
+    held.push_back(part_of(numbered_part(scene, k)));
+    if (may_hold(scene, k)) compile_held(scene, parts, k, driven, options, held[k], result);
   }
-  result.bytes = with_parts(result.bytes, held);
+  result.bytes = with_parts(result.bytes, held, driven);
   return result;
 }
 

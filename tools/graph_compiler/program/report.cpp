@@ -314,8 +314,17 @@ std::string held_line(const SceneFacts& facts) {
     if (body.held_bytes.value_or(0) == 0) continue;
     names += (count++ > 0 ? ", " : "") + body.name;
   }
-  if (count == 0) return "";
+  if (count <= 1) return "";
   return "held         one after another, " + grouped(count) + " parts: " + names + "\n";
+}
+
+/// The parts that their owner moves, a line each.
+std::string driven_lines(const SceneFacts& facts) {
+  std::string text;
+  for (const BodyFacts& body : facts.bodies)
+    if (body.driven)
+      text += "driven       " + body.name + ": " + driven_as_text(*body.driven) + "\n";
+  return text;
 }
 
 std::string stiffness_line(const SceneFacts& facts) {
@@ -474,6 +483,7 @@ std::string report_as_text(const CompiledScene& compiled) {
   for (std::size_t i = 0; i < compiled.parts.size(); ++i) {
     text += part_text(compiled.parts[i], i == 0);
   }
+  text += driven_lines(facts);
   if (facts.pairs.empty()) {
     text += "contact graph: " + grouped(facts.pair_count) +
             " pairs, none listed: each is formed from its two pieces while it is near\n";
@@ -509,7 +519,7 @@ std::string summary_as_text(const CompiledScene& compiled, const std::string& ou
     }
     text += fixed;
   }
-  text += held_line(facts);
+  text += held_line(facts) + driven_lines(facts);
   text += "pairs        " + grouped(facts.pair_count) + " pairs of pieces";
   if (proxy) {
     const bool follows_some = (c.unproven & kUnprovenNearPairs) != 0;

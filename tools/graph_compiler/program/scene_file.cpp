@@ -400,14 +400,34 @@ void read_moving(const TomlTable& top, const std::filesystem::path& folder, Scen
 
 PartRole read_role(const TomlTable& t) {
   const auto role = t.text("role");
-  if (!role) t.fail_missing("role", "give \"hand\", \"placed\" or \"fixed\"");
+  if (!role) t.fail_missing("role", "give \"hand\", \"placed\", \"fixed\" or \"driven\"");
   if (*role == "hand") return PartRole::kHand;
   if (*role == "placed") return PartRole::kPlaced;
   if (*role == "fixed") return PartRole::kFixed;
+  if (*role == "driven") return PartRole::kDriven;
   t.fail("role",
          "is '" + *role +
              "'; give \"hand\" for the part that is held at first, \"placed\" for one that "
-             "may be held and stays where it is let go, \"fixed\" for one that never moves");
+             "may be held and stays where it is let go, \"fixed\" for one that never moves, "
+             "\"driven\" for one that its owner moves");
+}
+
+/// Keys of a part that its owner moves.
+constexpr const char* kDrivenKeys[] = {"fastest_m_per_s", "fastest_rad_per_s", "late_s", "push_n"};
+
+DrivenRequest read_driven(const TomlTable& t) {
+  const auto linear = t.number("fastest_m_per_s", kPositive);
+  const auto angular = t.number("fastest_rad_per_s", kPositive);
+  if (!linear) t.fail_missing("fastest_m_per_s", "give the largest speed at which the part moves");
+  if (!angular)
+    t.fail_missing("fastest_rad_per_s", "give the largest speed at which the part turns");
+  DrivenRequest driven;
+  driven.fastest_m_per_s = *linear;
+  driven.fastest_rad_per_s = *angular;
+  driven.late_s = t.number("late_s", {0.0, kLatestDriven_s, true}).value_or(kDefaultLate_s);
+  driven.push_n = t.number("push_n", kPositive);
+  driven.push_at = t.place("push_n");
+  return driven;
 }
 
 ScenePart read_named_part(const TomlTable& t, const std::filesystem::path& folder) {
@@ -419,9 +439,14 @@ ScenePart read_named_part(const TomlTable& t, const std::filesystem::path& folde
   ScenePart part = read_part(t, folder, posed);
   part.name = *name;
   part.role = role;
-  if (role == PartRole::kFixed) {
+  if (role != PartRole::kDriven) {
+    for (const char* key : kDrivenKeys)
+      if (t.has(key)) t.fail(key, "is of a part with role = \"driven\"; leave it out");
+  }
+  if (role == PartRole::kFixed || role == PartRole::kDriven) {
     for (const char* key : {"grip_m", "mass_kg", "gravity_m_per_s2"})
       if (t.has(key)) t.fail(key, "is of a part that the hand may hold; leave it out");
+    if (role == PartRole::kDriven) part.driven = read_driven(t);
     return part;
   }
   part.grip_m = t.vector3("grip_m", kPosition);
@@ -433,6 +458,7 @@ ScenePart read_named_part(const TomlTable& t, const std::filesystem::path& folde
 void read_parts(const TomlTable& top, const std::filesystem::path& folder, SceneFile& scene) {
   std::vector<std::string_view> keys = held_keys();
   keys.insert(keys.end(), {"name", "role"});
+  keys.insert(keys.end(), std::begin(kDrivenKeys), std::end(kDrivenKeys));
   for (const char* key : {"moving", "static", "start"}) {
     if (!top.has(key)) continue;
     top.fail(key,
@@ -440,6 +466,7 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
              "[[part]] with name and role, or leave out [[part]]");
   }
   bool has_hand = false;
+  std::uint32_t driven = 0;
   std::vector<std::string> names;
   for (const TomlTable& t : top.tables("part", keys)) {
     ScenePart part = read_named_part(t, folder);
@@ -449,6 +476,10 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
     if (names.size() > kMostParts)
       t.fail("name", "is that of part " + std::to_string(names.size()) + "; a scene has at most " +
                          std::to_string(kMostParts));
+    if (part.role == PartRole::kDriven && ++driven > kMostDriven)
+      t.fail("role", "is \"driven\" of part " + std::to_string(driven) +
+                         " of that role; a scene has at most " + std::to_string(kMostDriven) +
+                         ": make one fixed, or leave one out");
     if (part.role != PartRole::kHand) {
       scene.statics.push_back(std::move(part));
       continue;
@@ -462,11 +493,6 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
   if (!has_hand)
     top.fail("part", "none has role = \"hand\"; give it to the part that is held at first");
   if (scene.statics.empty()) top.fail("part", "is one alone; add the parts that it meets");
-}
-
-/// Part 0 is the moving one.
-const ScenePart& named_part(const SceneFile& scene, std::size_t part) {
-  return part == 0 ? scene.moving : scene.statics[part - 1];
 }
 
 /// `[bodies]`: pairs of parts that are not compiled.
@@ -486,8 +512,9 @@ void read_never(const TomlTable& top, SceneFile& scene) {
       bodies->fail("never", "names '" + pair[0] + "' twice in one pair; name two parts");
   }
   for (std::size_t k = 0; k <= scene.statics.size(); ++k) {
-    const ScenePart& part = named_part(scene, k);
-    if (part.role != PartRole::kFixed && parts_met(scene, k).empty())
+    const ScenePart& part = numbered_part(scene, k);
+    const bool may_be_held = part.role == PartRole::kHand || part.role == PartRole::kPlaced;
+    if (may_be_held && parts_met(scene, k).empty())
       bodies->fail("never", "leaves '" + part.name + "' nothing to meet; take a pair out");
   }
 }
@@ -734,11 +761,15 @@ std::optional<FrictionPair> friction_of(const std::vector<FrictionPair>& pairs,
   return std::nullopt;
 }
 
+const ScenePart& numbered_part(const SceneFile& scene, std::size_t part) {
+  return part == 0 ? scene.moving : scene.statics[part - 1];
+}
+
 std::vector<std::size_t> parts_met(const SceneFile& scene, std::size_t part) {
-  const std::string& name = named_part(scene, part).name;
+  const std::string& name = numbered_part(scene, part).name;
   std::vector<std::size_t> met;
   for (std::size_t k = 0; k <= scene.statics.size(); ++k) {
-    const std::string& other = named_part(scene, k).name;
+    const std::string& other = numbered_part(scene, k).name;
     const bool is_never = std::ranges::any_of(scene.never, [&](const auto& pair) {
       return (pair[0] == name && pair[1] == other) || (pair[1] == name && pair[0] == other);
     });
@@ -747,12 +778,20 @@ std::vector<std::size_t> parts_met(const SceneFile& scene, std::size_t part) {
   return met;
 }
 
-SceneFile scene_holding(const SceneFile& scene, std::size_t part) {
+std::vector<std::size_t> parts_standing(const SceneFile& scene, std::size_t part) {
+  const std::vector<std::size_t> met = parts_met(scene, part);
+  std::vector<std::size_t> standing = met;
+  std::erase_if(standing,
+                [&](std::size_t k) { return numbered_part(scene, k).role == PartRole::kDriven; });
+  return standing.empty() ? met : standing;
+}
+
+SceneFile scene_holding(const SceneFile& scene, std::size_t part,
+                        const std::vector<std::size_t>& others) {
   SceneFile held = scene;
-  held.moving = named_part(scene, part);
+  held.moving = numbered_part(scene, part);
   held.statics.clear();
-  for (const std::size_t other : parts_met(scene, part))
-    held.statics.push_back(named_part(scene, other));
+  for (const std::size_t other : others) held.statics.push_back(numbered_part(scene, other));
   held.parameters.held = held.moving.held;
   return held;
 }

@@ -45,6 +45,17 @@ enum class PartKind : std::uint8_t {
   kSurface,  ///< flat convex facets
 };
 
+/// Without a newer pose a driven part is late after this, where the scene does not say [s].
+inline constexpr double kDefaultLate_s = 0.1;
+
+/// A part that its owner moves: how fast, and how hard it pushes.
+struct DrivenRequest {
+  double fastest_m_per_s = 0.0, fastest_rad_per_s = 0.0;  ///< > 0
+  double late_s = kDefaultLate_s;
+  std::optional<double> push_n;  ///< absent: by the largest pull of the hand's spring
+  FilePlace push_at{};           ///< of push_n
+};
+
 /// One `[moving]`, `[[static]]` or `[[part]]` table.
 struct ScenePart {
   std::string name;                           ///< of a `[[part]]`; empty: another table
@@ -69,6 +80,7 @@ struct ScenePart {
   /// and the mass that the hand is to feel.
   std::optional<std::array<double, 3>> grip_m;
   HeldPartParameters held{};
+  DrivenRequest driven{};          ///< for a part with role "driven"
   std::vector<std::string> notes;  ///< what was taken otherwise than it stands in the file
 };
 
@@ -118,12 +130,19 @@ struct SceneFile {
   }
 };
 
-/// Numbers of the parts that `part` may meet, in their order: number 0 is the moving one of the
-/// file, number k its static part k - 1.
+/// Part number 0 is the moving one of the file, number k its static part k - 1.
+const ScenePart& numbered_part(const SceneFile& scene, std::size_t part);
+
+/// Numbers of the parts that `part` may meet, driven ones too, in their order.
 std::vector<std::size_t> parts_met(const SceneFile& scene, std::size_t part);
 
-/// The scene in which this part is held and those that it may meet stand, in their order.
-SceneFile scene_holding(const SceneFile& scene, std::size_t part);
+/// Numbers of the parts that stand in the scene in which `part` is held, in their order: those that
+/// it may meet and no owner moves; where there are none, the driven ones that it may meet.
+std::vector<std::size_t> parts_standing(const SceneFile& scene, std::size_t part);
+
+/// The scene in which `part` is held and `others` stand.
+SceneFile scene_holding(const SceneFile& scene, std::size_t part,
+                        const std::vector<std::size_t>& others);
 
 /// Largest scene file that is read [bytes].
 inline constexpr std::size_t kMaxSceneFileBytes = std::size_t{1} << 20;
