@@ -2,6 +2,7 @@
 #pragma once
 /// Where the parts are that the hand holds one after another, as the caller has it.
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -10,12 +11,30 @@
 
 namespace haptic::tools {
 
-/// The part that is held now.
+/// The part that is held now, and the driven ones.
 struct HeldNow {
   std::uint32_t hold = 0;                        ///< its number and 1; 0: none is held
   double felt_pose[7] = {0, 0, 0, 0, 0, 0, 1};   ///< of its mesh frame in W
   double frame_pose[7] = {0, 0, 0, 0, 0, 0, 1};  ///< in W, of the frame that the scene is in
+  std::uint64_t driven_count = 0;
+  std::array<haptic_driven, kMostDriven> driven{};
 };
+
+/// Takes over what `hand` says of the driven parts after a tick, with the frame of `now`.
+void note_driven(const PartHand& hand, HeldNow& now) noexcept;
+
+/// Number of a driven part in their order; kMostDriven: `part` is none.
+[[nodiscard]] std::uint32_t driven_of(const PartScenes& parts, std::uint32_t part) noexcept;
+
+/// HAPTIC_OK; HAPTIC_ERROR_VERSION; HAPTIC_ERROR_NUMBER: a speed or time is out of its range.
+[[nodiscard]] int check_frame(const haptic_frame* frame) noexcept;
+
+/// The record that follows `last`, of `frame` as it was given at `stamp_ns`.
+[[nodiscard]] FrameRecord next_record(const FrameRecord& last, const haptic_frame& frame,
+                                      std::int64_t stamp_ns) noexcept;
+
+/// As many as there is room for. @return how many there are.
+std::size_t write_driven(const HeldNow& now, std::span<haptic_driven> driven) noexcept;
 
 /// Number and 1 of the part that `hand` holds after a tick; 0: none.
 [[nodiscard]] std::uint32_t hold_of(const PartHand& hand) noexcept;

@@ -23,15 +23,19 @@ template <class T>
   return given->struct_size == sizeof(T) ? HAPTIC_OK : HAPTIC_ERROR_VERSION;
 }
 
-/// HAPTIC_OK, or why there is no room for bodies; `*count` becomes 0.
-[[nodiscard]] inline int check_bodies(const haptic_body* bodies, std::size_t capacity,
-                                      std::size_t body_bytes, std::size_t* count) noexcept {
+/// HAPTIC_OK, or why there is no room for such a list; `*count` becomes 0.
+template <class T>
+[[nodiscard]] int check_list(const T* items, std::size_t capacity, std::size_t item_bytes,
+                             std::size_t* count) noexcept {
   if (count == nullptr) return HAPTIC_ERROR_NULL;
   *count = 0;
-  if (bodies == nullptr) return HAPTIC_ERROR_NULL;
+  if (items == nullptr) return HAPTIC_ERROR_NULL;
   if (capacity == 0) return HAPTIC_ERROR_SIZE;
-  return body_bytes == sizeof(haptic_body) ? HAPTIC_OK : HAPTIC_ERROR_VERSION;
+  return item_bytes == sizeof(T) ? HAPTIC_OK : HAPTIC_ERROR_VERSION;
 }
+
+/// Ranges of a haptic_frame.
+inline constexpr double kMostFrame_m_per_s = 2, kMostFrame_rad_per_s = 20, kMostFrame_late_s = 0.5;
 
 [[nodiscard]] inline bool is_within(double value, double low, double high) noexcept {
   return value >= low && value <= high;  // false for NaN

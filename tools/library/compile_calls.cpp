@@ -46,7 +46,8 @@ int check_part(const haptic_part* part) noexcept {
         part->vertex_count > kMaxMeshVertices || part->triangle_count > kMaxMeshFaces)
       return HAPTIC_ERROR_SIZE;
   }
-  if (!is_within(part->scale_to_m, 1e-12, 1e12) || !is_within(part->simplify_m, 0, 1e6))
+  if (!is_within(part->scale_to_m, 1e-12, 1e12) || !is_within(part->simplify_m, 0, 1e6) ||
+      part->may_be_held > HAPTIC_DRIVEN)
     return HAPTIC_ERROR_NUMBER;
   return is_pose(part->pose) ? HAPTIC_OK : HAPTIC_ERROR_POSE;
 }
@@ -118,7 +119,16 @@ ScenePart scene_part(const haptic_part& given, const std::string& role) {
   return part;
 }
 
-/// The hand may hold some of them one after another, by their names.
+/// The widest limits: those that a call which drives it states are as tight, or tighter.
+haptic::tools::DrivenRequest fastest_driven() {
+  haptic::tools::DrivenRequest driven;
+  driven.fastest_m_per_s = kMostFrame_m_per_s;
+  driven.fastest_rad_per_s = kMostFrame_rad_per_s;
+  driven.late_s = kMostFrame_late_s;
+  return driven;
+}
+
+/// The hand may hold some of them one after another, and owners move others, by their names.
 void name_parts(std::span<const haptic_part> fixed, SceneFile& scene) {
   if (fixed.size() >= haptic::kMostParts)
     throw InputError("the scene has " + std::to_string(fixed.size() + 1) +
@@ -130,7 +140,11 @@ void name_parts(std::span<const haptic_part> fixed, SceneFile& scene) {
   for (std::size_t k = 0; k < fixed.size(); ++k) {
     ScenePart& part = scene.statics[k];
     part.name = part.mesh;
-    if (fixed[k].may_be_held != 0) part.role = haptic::PartRole::kPlaced;
+    if (fixed[k].may_be_held == HAPTIC_PLACED) part.role = haptic::PartRole::kPlaced;
+    if (fixed[k].may_be_held == HAPTIC_DRIVEN) {
+      part.role = haptic::PartRole::kDriven;
+      part.driven = fastest_driven();
+    }
     if (std::ranges::find(names, part.name) != names.end())
       throw InputError(part.name + ": is the name of another part too; give each its own");
     names.push_back(part.name);
@@ -161,7 +175,8 @@ SceneFile scene_of(const haptic_compile_input& input) {
     for (ScenePart& part : scene.statics) part.material = "part";
   }
   const std::span fixed(input.fixed, input.fixed_count);
-  if (std::ranges::any_of(fixed, [](const haptic_part& p) { return p.may_be_held != 0; }))
+  if (std::ranges::any_of(fixed,
+                          [](const haptic_part& p) { return p.may_be_held != HAPTIC_FIXED; }))
     name_parts(fixed, scene);
   return scene;
 }

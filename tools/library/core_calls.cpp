@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Group core: a scene and a core in memory of the caller. Nothing is allocated here.
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdio>
@@ -22,6 +23,7 @@ namespace {
 struct alignas(kStateAlignment) PartsOfCore {
   PartScenes scenes;
   PartHand hand;
+  std::array<FrameRecord, kMostDriven> driven;  ///< the newest poses
 };
 
 }  // namespace
@@ -36,6 +38,7 @@ struct alignas(kStateAlignment) haptic_core {
   HapticCore* core = nullptr;    ///< null: the scene has parts
   HeldNow held;
   std::uint64_t ticks = 0;
+  bool is_felt = false;  ///< the last step had a wrench
   SessionJudge judge;
 };
 
@@ -103,10 +106,14 @@ constexpr std::size_t aligned_size(std::size_t bytes) noexcept {
 /// One after the other from `memory` on.
 PartHand::Room room_at(std::byte* memory, const PartScenes& parts) noexcept {
   const std::size_t scene = aligned_size(parts.most_bytes());
-  return {{memory, parts.most_bytes()}, {memory + scene, parts.most_state_bytes()}};
+  const std::size_t state = aligned_size(parts.most_state_bytes());
+  return {{memory, parts.most_bytes()},
+          {memory + scene, parts.most_state_bytes()},
+          {memory + scene + state, parts.most_law_bytes()}};
 }
 std::size_t room_bytes(const PartScenes& parts) noexcept {
-  return aligned_size(parts.most_bytes()) + aligned_size(parts.most_state_bytes());
+  return aligned_size(parts.most_bytes()) + aligned_size(parts.most_state_bytes()) +
+         aligned_size(parts.most_law_bytes());
 }
 
 /// `parts`: of the scene.
@@ -124,8 +131,10 @@ RtStatus create(haptic_core& handle, std::byte* memory, std::size_t bytes) noexc
   handle.parts = new (memory) PartsOfCore;  // placement, no heap
   handle.parts->scenes = parts;
   std::byte* const rooms = memory + sizeof(PartsOfCore);
-  return handle.parts->hand.begin(handle.parts->scenes, room_at(rooms, parts),
-                                  room_at(rooms + room_bytes(parts), parts));
+  const RtStatus begun = handle.parts->hand.begin(handle.parts->scenes, room_at(rooms, parts),
+                                                  room_at(rooms + room_bytes(parts), parts));
+  note_driven(handle.parts->hand, handle.held);
+  return begun;
 }
 
 /// @return HAPTIC_OK or HAPTIC_ERROR_POSE.
@@ -136,9 +145,19 @@ int step(haptic_core& handle, const double* pose, std::int64_t stamp_ns, bool cl
   input.stamp_ns = stamp_ns;
   input.pose_wa = pose_of_numbers(pose);
   input.clutched = clutched;
-  result = handle.parts != nullptr ? handle.parts->hand.step(input) : handle.core->step(input);
-  handle.judge.take(result);
   if (handle.parts != nullptr) {
+    PartsOfCore& parts = *handle.parts;
+    const std::size_t driven = parts.scenes.driven().size();
+    if (driven > 0)
+      parts.hand.follow({std::span(parts.driven).first(driven), stamp_ns, handle.is_felt});
+    result = parts.hand.step(input);
+  } else {
+    result = handle.core->step(input);
+  }
+  handle.judge.take(result);
+  handle.is_felt = !result.wrench_w.force_w.isZero(0) || !result.wrench_w.torque_w.isZero(0);
+  if (handle.parts != nullptr) {
+    note_driven(handle.parts->hand, handle.held);
     handle.held.hold = hold_of(handle.parts->hand);
     write_numbers(result.proxy_pose_wa, handle.held.felt_pose);
   }
@@ -300,7 +319,7 @@ int haptic_core_release_part(haptic_core* core, uint32_t hand) {
 
 int haptic_core_bodies(haptic_core* core, haptic_body* bodies, size_t capacity, size_t body_bytes,
                        size_t* count) {
-  if (const int error = check_bodies(bodies, capacity, body_bytes, count); error != HAPTIC_OK)
+  if (const int error = check_list(bodies, capacity, body_bytes, count); error != HAPTIC_OK)
     return error;
   const CoreCall call(core);
   if (call.error() != HAPTIC_OK) return call.error();
@@ -308,6 +327,29 @@ int haptic_core_bodies(haptic_core* core, haptic_body* bodies, size_t capacity, 
   if (parts == nullptr) return HAPTIC_ERROR_PART;
   *count = write_bodies(parts->scenes, parts->hand, (*call).held, {bodies, capacity});
   return HAPTIC_OK;
+}
+
+int haptic_core_drive(haptic_core* core, uint32_t part, const haptic_frame* frame, double time_s) {
+  if (const int error = check_frame(frame); error != HAPTIC_OK) return error;
+  if (!is_within(time_s, 0, kMostTime_s)) return HAPTIC_ERROR_NUMBER;
+  const CoreCall call(core);
+  if (call.error() != HAPTIC_OK) return call.error();
+  PartsOfCore* const parts = (*call).parts;
+  const std::uint32_t driven = parts != nullptr ? driven_of(parts->scenes, part) : kMostDriven;
+  if (driven == kMostDriven) return HAPTIC_ERROR_PART;
+  FrameRecord& record = parts->driven[driven];
+  record = next_record(record, *frame, std::llround(1e9 * time_s));
+  return is_pose(frame->pose) ? HAPTIC_OK : HAPTIC_ERROR_POSE;
+}
+
+int haptic_core_driven(haptic_core* core, haptic_driven* driven, size_t capacity,
+                       size_t driven_bytes, size_t* count) {
+  if (const int error = check_list(driven, capacity, driven_bytes, count); error != HAPTIC_OK)
+    return error;
+  const CoreCall call(core);
+  if (call.error() != HAPTIC_OK) return call.error();
+  *count = write_driven((*call).held, {driven, capacity});
+  return *count > 0 ? HAPTIC_OK : HAPTIC_ERROR_PART;
 }
 
 int haptic_core_close(haptic_core* core) {

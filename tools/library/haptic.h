@@ -211,7 +211,7 @@ HAPTIC_API int haptic_core_reset(haptic_core* core);
 typedef struct haptic_body {
   double pose[7];    ///< of its mesh frame in W, where it is felt
   uint32_t part;     ///< its number
-  uint32_t role;     ///< 1 never held, 2 held at the start, 3 may be held
+  uint32_t role;     ///< 1 never held, 2 held at the start, 3 may be held, 4 driven by its owner
   uint32_t held_by;  ///< 0: no hand; 1: hand 0
   uint32_t reserved;
   char name[64];  ///< cut at 63 bytes
@@ -234,17 +234,65 @@ HAPTIC_API int haptic_core_release_part(haptic_core* core, uint32_t hand);
 HAPTIC_API int haptic_core_bodies(haptic_core* core, haptic_body* bodies, size_t capacity,
                                   size_t body_bytes, size_t* count);
 
+/// A pose of a frame that its owner moves: of the fixed parts in W, or of a driven part's mesh frame
+/// in theirs.
+typedef struct haptic_frame {
+  uint32_t struct_size;
+  uint32_t stands;  ///< not 0: it stays there, and no newer pose is waited for
+  double pose[7];
+  double fastest_m_per_s;    ///< the owner moves its origin no faster; 0.001 to 2
+  double fastest_rad_per_s;  ///< nor turns it; 0.001 to 20
+  double late_s;             ///< a newer pose comes within this time; 0.005 to 0.5
+} haptic_frame;
+#define HAPTIC_FRAME_INIT \
+  { sizeof(haptic_frame), 0, {0, 0, 0, 0, 0, 0, 1}, 0.25, 1.0, 0.1 }
+
+/// A part that its owner moves: a robot's fixture, a conveyor, a body of another simulator. It
+/// pushes the part in the hand and does not yield, but stays behind where it would go through it.
+typedef struct haptic_driven {
+  double pose[7];       ///< of its mesh frame in W, where it is felt
+  double commanded[7];  ///< the same, where its owner has it now
+  double lag_m;         ///< between the two
+  double lag_rad;
+  double wrench[6];  ///< on it by what it touches, about its mesh frame's origin, W axes
+  uint32_t part;     ///< its number
+  uint32_t touches;  ///< not 0: the part in the hand
+  uint32_t lost;     ///< not 0: its poses are late, too fast or none, and it stands
+  uint32_t reserved;
+} haptic_driven;
+
+/// The owner of driven part `part` has it there at `time_s`, the time of the steps; to be called 30
+/// to 1000 times a second. Between two poses it is interpolated, an interval behind, within the
+/// speeds of the scene and of `frame`, the tighter of each. A pose that is too fast, late, or none
+/// (then also HAPTIC_ERROR_POSE) makes it stay where it is; where it touches the part in the hand,
+/// the wrench fades meanwhile (1 << 24 in the flags). HAPTIC_ERROR_PART: no such part is driven.
+/// Threads as haptic_core_step; constant cost.
+HAPTIC_API int haptic_core_drive(haptic_core* core, uint32_t part, const haptic_frame* frame,
+                                 double time_s);
+
+/// The driven parts after the last step, ascending by number, `capacity` of them at most; `*count`
+/// becomes how many there are. HAPTIC_ERROR_PART: none is. `driven_bytes`: sizeof(haptic_driven).
+/// Threads as haptic_core_step. Cost: one copy.
+HAPTIC_API int haptic_core_driven(haptic_core* core, haptic_driven* driven, size_t capacity,
+                                  size_t driven_bytes, size_t* count);
+
 /// The core is over: its memory may be used for something else. Until then every call gives
 /// HAPTIC_ERROR_CLOSED. Threads as haptic_core_step; constant cost.
 HAPTIC_API int haptic_core_close(haptic_core* core);
 
 // Compile: meshes to the bytes of a scene.
 
+/// Role of a part beside the first.
+typedef enum haptic_role {
+  HAPTIC_FIXED = 0,   ///< it stands
+  HAPTIC_PLACED = 1,  ///< the hand may hold it after the first, and it stays where it is let go
+  HAPTIC_DRIVEN = 2   ///< its owner moves it: haptic_core_drive, haptic_session_drive
+} haptic_role;
+
 /// One part: a mesh file, or arrays.
 typedef struct haptic_part {
   uint32_t struct_size;
-  uint32_t may_be_held;    ///< not 0, of a fixed part: the hand may hold it after the first, and it
-                           ///< stays where it is let go
+  uint32_t may_be_held;    ///< haptic_role, of a part beside the first
   const char* file;        ///< path of an STL, OBJ or OFF file; null: the arrays are the mesh
   const char* name;        ///< for messages; null: the file's, or "moving", "fixed 0", ..
   const double* vertices;  ///< 3 for each vertex, in units of the file
@@ -518,20 +566,8 @@ HAPTIC_API int haptic_session_release_part(haptic_session* session, uint32_t han
 HAPTIC_API int haptic_session_bodies(const haptic_session* session, haptic_body* bodies,
                                      size_t capacity, size_t body_bytes, size_t* count);
 
-/// Where the fixed parts are: the pose in W of the frame in which the scene has them. They are
-/// moved by the caller: a robot, or a simulator.
-typedef struct haptic_frame {
-  uint32_t struct_size;
-  uint32_t stands;  ///< not 0: they stay there, and no newer pose is waited for
-  double pose[7];
-  double fastest_m_per_s;    ///< the caller moves the frame's origin no faster; 0.001 to 2
-  double fastest_rad_per_s;  ///< nor turns it; 0.001 to 20
-  double late_s;             ///< a newer pose comes within this time; 0.005 to 0.5
-} haptic_frame;
-#define HAPTIC_FRAME_INIT \
-  { sizeof(haptic_frame), 0, {0, 0, 0, 0, 0, 0, 1}, 0.25, 1.0, 0.1 }
-
-/// Moves the fixed parts; to be called 30 to 200 times a second, from the time of the first call
+/// Moves the fixed parts: `frame` is the one in which the scene has them, in W. They are moved by
+/// the caller: a robot, or a simulator. To be called 30 to 200 times a second, from the time of the first call
 /// on. Between two poses the frame is interpolated, an interval behind. A pose that is too fast,
 /// late, or none (then also HAPTIC_ERROR_POSE) never makes the force jump: the parts stay where
 /// they are, the force ramps to zero (haptic_state.safety_faults, 1 << 13), and once it is zero
@@ -539,6 +575,16 @@ typedef struct haptic_frame {
 /// from W does the same where the hand is held: give it before, with options.hold HAPTIC_RELEASE.
 /// Any thread; a second one waits, the servo thread never does. Constant cost.
 HAPTIC_API int haptic_session_frame(haptic_session* session, const haptic_frame* frame);
+
+/// As haptic_core_drive, now. A lost one that touches the part in the hand is the same cause for the
+/// device as a lost frame of the fixed parts (haptic_state.safety_faults, 1 << 13). Any thread; a
+/// second one waits, the servo thread never does. Constant cost.
+HAPTIC_API int haptic_session_drive(haptic_session* session, uint32_t part,
+                                    const haptic_frame* frame);
+
+/// As haptic_core_driven, after the newest tick. Any thread; a second one waits. Cost: one copy.
+HAPTIC_API int haptic_session_driven(const haptic_session* session, haptic_driven* driven,
+                                     size_t capacity, size_t driven_bytes, size_t* count);
 
 /// Stop by software: the force ramps to zero at once, on both sides of the link, and stays there
 /// until the deadman switch has been released and is held again. Any thread; constant cost.

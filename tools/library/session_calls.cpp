@@ -145,7 +145,7 @@ int haptic_session_release_part(haptic_session* session, uint32_t hand) {
 
 int haptic_session_bodies(const haptic_session* session, haptic_body* bodies, size_t capacity,
                           size_t body_bytes, size_t* count) {
-  if (const int error = check_bodies(bodies, capacity, body_bytes, count); error != HAPTIC_OK)
+  if (const int error = check_list(bodies, capacity, body_bytes, count); error != HAPTIC_OK)
     return error;
   if (const int error = check_handle(session); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
@@ -155,15 +155,33 @@ int haptic_session_bodies(const haptic_session* session, haptic_body* bodies, si
 }
 
 int haptic_session_frame(haptic_session* session, const haptic_frame* frame) {
-  if (const int error = check_structure(frame); error != HAPTIC_OK) return error;
-  if (!is_within(frame->fastest_m_per_s, 0.001, 2) ||
-      !is_within(frame->fastest_rad_per_s, 0.001, 20) || !is_within(frame->late_s, 0.005, 0.5))
-    return HAPTIC_ERROR_NUMBER;
+  if (const int error = check_frame(frame); error != HAPTIC_OK) return error;
   if (const int error = check_open(session); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
     const std::lock_guard lock(session->loop.frame_mutex);
     session->loop.move_fixed(*frame);
     return is_pose(frame->pose) ? HAPTIC_OK : HAPTIC_ERROR_POSE;
+  });
+}
+
+int haptic_session_drive(haptic_session* session, uint32_t part, const haptic_frame* frame) {
+  if (const int error = check_frame(frame); error != HAPTIC_OK) return error;
+  if (const int error = check_open(session); error != HAPTIC_OK) return error;
+  return guarded([&]() -> int {
+    const std::lock_guard lock(session->loop.frame_mutex);
+    if (!session->loop.drive(part, *frame)) return HAPTIC_ERROR_PART;
+    return is_pose(frame->pose) ? HAPTIC_OK : HAPTIC_ERROR_POSE;
+  });
+}
+
+int haptic_session_driven(const haptic_session* session, haptic_driven* driven, size_t capacity,
+                          size_t driven_bytes, size_t* count) {
+  if (const int error = check_list(driven, capacity, driven_bytes, count); error != HAPTIC_OK)
+    return error;
+  if (const int error = check_handle(session); error != HAPTIC_OK) return error;
+  return guarded([&]() -> int {
+    *count = session->loop.driven({driven, capacity});
+    return *count > 0 ? HAPTIC_OK : HAPTIC_ERROR_PART;
   });
 }
 

@@ -108,11 +108,18 @@ hal::UsbThreadSettings thread_settings(const SessionSettings& settings) {
 }
 
 hal::ServoLoopSettings loop_settings(const SessionSettings& settings,
-                                     const NewestRecord<FrameRecord>& frames) {
+                                     const NewestRecord<FrameRecord>& frames,
+                                     std::span<const NewestRecord<FrameRecord>> driven) {
   hal::ServoLoopSettings loop;
   loop.period_ns = settings.period_ns;
   loop.frames = &frames;
+  loop.driven = driven;
   return loop;
+}
+
+std::span<const NewestRecord<FrameRecord>> driven_in(
+    const HeldParts* parts, std::span<const NewestRecord<FrameRecord>> records) {
+  return records.first(parts != nullptr ? parts->scenes.driven().size() : 0);
 }
 
 std::array<double, 4> between(const std::array<double, 4>& a, const std::array<double, 4>& b,
@@ -179,8 +186,9 @@ SimulatedSession::SimulatedSession(std::span<const std::byte> scene,
       link_thread_(link_, thread_settings(settings)),
       recorder_(history_memory_.span()),
       tick_(tick_over(core_, parts_.get(), view_, parameters_, recorder_)),
-      loop_(tick_, mailbox_, loop_settings(settings, frames_)),
+      loop_(tick_, mailbox_, loop_settings(settings, frames_, driven_in(parts_.get(), driven_))),
       judge_(view_) {
+  for (std::size_t k = 0; k < driven_.size(); ++k) driven_streams_[k].writer.emplace(driven_[k]);
   loop_.watch(&SimulatedSession::watch, this);
 }
 
@@ -249,6 +257,7 @@ void SimulatedSession::note(const ServoInput& input, const ServoResult& result) 
   write_numbers(Pose{frame.p_wa + frame.q_wa * felt.p_wa, frame.q_wa * felt.q_wa}, s.felt_pose);
   std::copy_n(s.felt_pose, 7, record.held.felt_pose);
   write_numbers(frame, record.held.frame_pose);
+  if (parts_ != nullptr) note_driven(parts_->hand, record.held);
   write_numbers(
       Wrench{frame.q_wa * rendered.wrench_w.force_w, frame.q_wa * rendered.wrench_w.torque_w},
       s.wrench);
@@ -387,15 +396,22 @@ void SimulatedSession::hold(haptic_hold hold) noexcept {
 }
 
 void SimulatedSession::move_fixed(const haptic_frame& frame) noexcept {
-  frame_.number += 1;
-  frame_.stamp_ns = hal::monotonic_ns();
-  std::copy_n(frame.pose, 3, frame_.p_m);
-  std::copy_n(frame.pose + 3, 4, frame_.q_xyzw);
-  frame_.fastest_m_per_s = frame.fastest_m_per_s;
-  frame_.fastest_rad_per_s = frame.fastest_rad_per_s;
-  frame_.late_ns = std::llround(1e9 * frame.late_s);
-  frame_.stands = frame.stands;
+  frame_ = next_record(frame_, frame, hal::monotonic_ns());
   frame_writer_.publish(frame_);
+}
+
+bool SimulatedSession::drive(std::uint32_t part, const haptic_frame& frame) noexcept {
+  const std::uint32_t k = parts_ != nullptr ? driven_of(parts_->scenes, part) : kMostDriven;
+  if (k == kMostDriven) return false;
+  DrivenStream& stream = driven_streams_[k];
+  stream.last = next_record(stream.last, frame, hal::monotonic_ns());
+  stream.writer->publish(stream.last);
+  return true;
+}
+
+std::size_t SimulatedSession::driven(std::span<haptic_driven> driven) const noexcept {
+  NewestReader<NewestTick> reader(newest_);
+  return write_driven(reader.newest().held, driven);
 }
 
 void SimulatedSession::stop() noexcept {

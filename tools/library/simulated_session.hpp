@@ -3,10 +3,12 @@
 /// The servo loop in threads of this process, on a simulated handle that a simulated hand leads
 /// from goal to goal: driver, link, output guard, tick and loop are those of run_device.
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
@@ -104,11 +106,15 @@ class SimulatedSession {
   [[nodiscard]] std::size_t bodies(std::span<haptic_body> bodies) const;
   /// The fixed parts are there; a pose that is none takes the force away.
   void move_fixed(const haptic_frame& frame) noexcept;
+  /// The driven part is there. False: no such part is driven.
+  [[nodiscard]] bool drive(std::uint32_t part, const haptic_frame& frame) noexcept;
+  /// As many as there is room for. @return how many there are. Any thread.
+  [[nodiscard]] std::size_t driven(std::span<haptic_driven> driven) const noexcept;
   /// Any thread.
   void stop() noexcept;
 
   mutable std::mutex mutex;  ///< of those that are for one thread at a time
-  std::mutex frame_mutex;    ///< of move_fixed alone: a long history must not make a frame late
+  std::mutex frame_mutex;    ///< of move_fixed and drive: a long history makes no pose late
 
  private:
   /// As the servo thread leaves it after a tick.
@@ -139,6 +145,13 @@ class SimulatedSession {
   FrameRecord frame_;
   NewestRecord<FrameRecord> frames_;
   NewestWriter<FrameRecord> frame_writer_{frames_};
+  /// Stream of a driven part, by their order.
+  struct DrivenStream {
+    FrameRecord last;
+    std::optional<NewestWriter<FrameRecord>> writer;
+  };
+  std::array<NewestRecord<FrameRecord>, kMostDriven> driven_;
+  std::array<DrivenStream, kMostDriven> driven_streams_;
   SimulatedPeer peer_;
   hal::LocalLink link_;
   hal::UsbThread link_thread_;

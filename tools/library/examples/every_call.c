@@ -47,9 +47,9 @@ static void box(double x, double y, double z, double* vertices) {
   }
 }
 
-// The block's underside is 20 mm above the plate. With `other` a second block stands on the plate, 30 mm beside it, which
-// the hand may hold after the first.
-static haptic_compiled* compile(int other) {
+// The block's underside is 20 mm above the plate. With another role than HAPTIC_FIXED there is a second block 30 mm beside
+// it: on the plate, for the hand to hold after the first, or at its height, for an owner to move.
+static haptic_compiled* compile(haptic_role other) {
   static double block[24], plate[24];
   haptic_part moving = HAPTIC_PART_INIT, fixed[2] = {HAPTIC_PART_INIT, HAPTIC_PART_INIT};
   haptic_compile_input input = HAPTIC_COMPILE_INPUT_INIT;
@@ -64,14 +64,14 @@ static haptic_compiled* compile(int other) {
   fixed[0] = fixed[1] = moving;
   fixed[0].vertices = plate;
   fixed[1].name = "other";
-  fixed[1].may_be_held = 1;
+  fixed[1].may_be_held = other;
   fixed[1].pose[0] = 0.030;
-  fixed[1].pose[2] = 0.0151;
+  fixed[1].pose[2] = other == HAPTIC_DRIVEN ? 0.035 : 0.0151;
   moving.pose[2] = 0.035;
-  input.name = other ? "blocks on plate" : "block on plate";
+  input.name = other != HAPTIC_FIXED ? "blocks on plate" : "block on plate";
   input.moving = &moving;
   input.fixed = fixed;
-  input.fixed_count = other ? 2 : 1;
+  input.fixed_count = other != HAPTIC_FIXED ? 2 : 1;
   input.stiffness_n_per_m = 500;
   input.friction = 0.2;
   REQUIRE(haptic_compile(&input, &compiled));
@@ -210,7 +210,7 @@ static void hold_parts(void) {
   haptic_step_input input = HAPTIC_STEP_INPUT_INIT;
   haptic_step_output output = HAPTIC_STEP_OUTPUT_INIT;
   haptic_session_options options = HAPTIC_SESSION_OPTIONS_INIT;
-  haptic_compiled* compiled = compile(1);
+  haptic_compiled* compiled = compile(HAPTIC_PLACED);
   haptic_core* core = NULL;
   haptic_session* session = NULL;
   haptic_body bodies[3];
@@ -247,6 +247,54 @@ static void hold_parts(void) {
   REQUIRE(haptic_session_release_part(session, 0));
   REQUIRE(haptic_session_bodies(session, bodies, 3, sizeof bodies[0], &count));
   EXPECT(count == 3 && fabs(bodies[2].pose[2] - 0.0151) < 1e-4);
+  REQUIRE(haptic_session_free(&session));
+  REQUIRE(haptic_compiled_free(&compiled));
+}
+
+// An owner moves the other block against the one in the hand, 100 poses a second at 50 mm/s.
+static void drive_parts(void) {
+  haptic_scene_info info = HAPTIC_SCENE_INFO_INIT;
+  haptic_step_input input = HAPTIC_STEP_INPUT_INIT;
+  haptic_step_output output = HAPTIC_STEP_OUTPUT_INIT;
+  haptic_session_options options = HAPTIC_SESSION_OPTIONS_INIT;
+  haptic_frame pose = HAPTIC_FRAME_INIT;
+  haptic_compiled* compiled = compile(HAPTIC_DRIVEN);
+  haptic_core* core = NULL;
+  haptic_session* session = NULL;
+  haptic_driven driven;
+  const void* scene = NULL;
+  void* memory;
+  size_t scene_bytes = 0, count = 0;
+  int k;
+  REQUIRE(haptic_compiled_bytes(compiled, &scene, &scene_bytes));
+  REQUIRE(haptic_scene_read(scene, scene_bytes, &info));
+  memory = aligned(info.memory_bytes);
+  REQUIRE(haptic_core_create(scene, scene_bytes, memory, info.memory_bytes, &core));
+  memcpy(input.pose, info.start_pose, sizeof input.pose);
+  pose.pose[2] = 0.035;
+  for (k = 1; k <= 300; ++k) {
+    input.time_s = 0.001 * k;
+    pose.pose[0] = 0.030 - 0.00005 * k;
+    if (k % 10 == 0) REQUIRE(haptic_core_drive(core, 2, &pose, input.time_s));
+    REQUIRE(haptic_core_step(core, &input, &output));
+  }
+  REQUIRE(haptic_core_driven(core, &driven, 1, sizeof driven, &count));
+  // An interval behind: at 15.5 mm, and the block in the hand 20 mm from it.
+  EXPECT(count == 1 && driven.part == 2 && driven.touches == 1 && driven.lost == 0);
+  EXPECT(output.felt_pose[0] < -0.002 && output.wrench[0] < -0.5);
+  EXPECT(fabs(driven.wrench[0] + output.wrench[0]) < 0.05 && driven.lag_m < 1e-6);
+  EXPECT(haptic_core_drive(core, 1, &pose, 0.3) == HAPTIC_ERROR_PART);
+  printf("core: pushed by %.3f N, which pushes back by %.3f N\n", output.wrench[0], driven.wrench[0]);
+  REQUIRE(haptic_core_close(core));
+  free(memory);
+
+  REQUIRE(haptic_session_open(scene, scene_bytes, &options, &session));
+  pose.pose[0] = 0.030;
+  pose.stands = 1;
+  REQUIRE(haptic_session_drive(session, 2, &pose));
+  sleep_ms(50);
+  REQUIRE(haptic_session_driven(session, &driven, 1, sizeof driven, &count));
+  EXPECT(count == 1 && fabs(driven.pose[0] - 0.030) < 1e-6 && driven.lost == 0);
   REQUIRE(haptic_session_free(&session));
   REQUIRE(haptic_compiled_free(&compiled));
 }
@@ -294,7 +342,7 @@ static void run_session(const void* scene, size_t scene_bytes) {
 int main(void) {
   const void* scene = NULL;
   size_t scene_bytes = 0;
-  haptic_compiled* compiled = compile(0);
+  haptic_compiled* compiled = compile(HAPTIC_FIXED);
   printf("haptic %s\n", haptic_version());
   explain(compiled);
   REQUIRE(haptic_compiled_bytes(compiled, &scene, &scene_bytes));
@@ -302,6 +350,7 @@ int main(void) {
   run_core(scene, scene_bytes);
   run_session(scene, scene_bytes);
   hold_parts();
+  drive_parts();
   REQUIRE(haptic_compiled_free(&compiled));
   compile_nothing();
   return 0;

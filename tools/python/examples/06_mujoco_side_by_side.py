@@ -289,18 +289,19 @@ def replay(name, engine, part=slice(None)):
         return case, t, by_mujoco(case, poses, turn_stiffness, CONTACTS[engine], folder)
 
 
-def instructions(name, engine):
-    """Of a tick of a millisecond, by callgrind: mean over COUNTED, from free to pressed. None: there is no valgrind."""
+def instructions(name, engine, script=__file__, ticks=COUNTED.stop - COUNTED.start):
+    """Of a tick of a millisecond, by callgrind: mean over the ticks of --only, here COUNTED, from free to pressed. None: there
+    is no valgrind."""
     if shutil.which("valgrind") is None:
         return None
     function = "haptic::HapticCore::step(*" if engine == "haptic" else "mj_step"
     command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", f"--toggle-collect={function}"]
-    command += [sys.executable, __file__, "--only", name, engine]
+    command += [sys.executable, script, "--only", name, engine]
     said = subprocess.run(command, capture_output=True, text=True, check=True).stderr
     collected = int(re.search(r"Collected : (\d+)", said)[1])
     if collected == 0:
         raise RuntimeError(f"valgrind has not met {function}")
-    return collected / (COUNTED.stop - COUNTED.start)
+    return collected / ticks
 
 
 def figures(case, t, wrenches, felt, ideal):
@@ -319,6 +320,25 @@ def figures(case, t, wrenches, felt, ideal):
         "force error [mN]": 1e3 * np.linalg.norm(force[tilted].mean(axis=0)),
         "overlap [um]": 1e6 * case.depth(felt[tilted, 0], felt[tilted, 2], angle[tilted]).mean(),
     }
+
+
+def print_table(rows, csv_file=None):
+    heads = list(rows[0])
+    texts = [heads] + [[x if isinstance(x, str) else f"{x:.4g}" for x in row.values()] for row in rows]
+    widths = [max(len(line[k]) for line in texts) for k in range(len(heads))]
+    for line in texts:
+        print("  ".join(x.rjust(w) for x, w in zip(line, widths)))
+    if csv_file:
+        with open(csv_file, "w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows(texts)
+
+
+def has_mujoco():
+    """Or says what is missing."""
+    if shutil.which("cc") and ctypes.util.find_library("mujoco") and os.path.exists("/usr/include/mujoco/mujoco.h"):
+        return True
+    print("skipped: needs a C compiler and MuJoCo; on Debian: apt-get install gcc libmujoco-dev")
+    return False
 
 
 def main():
@@ -340,15 +360,8 @@ def main():
                 count = instructions(name, engine)
                 row["instructions a tick"] = "no valgrind" if count is None else f"{count:.0f}"
             rows.append(row)
-    heads = list(rows[0])
-    texts = [heads] + [[x if isinstance(x, str) else f"{x:.4g}" for x in row.values()] for row in rows]
-    widths = [max(len(line[k]) for line in texts) for k in range(len(heads))]
-    for line in texts:
-        print("  ".join(x.rjust(w) for x, w in zip(line, widths)))
+    print_table(rows, given.csv)
     print(f"One tick is a millisecond: {PARTS} steps of MuJoCo, one of ours.")
-    if given.csv:
-        with open(given.csv, "w", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows(texts)
     for row in rows:
         assert all(np.isfinite(x) for x in row.values() if not isinstance(x, str)), row
         if row["engine"] == "haptic":
@@ -357,7 +370,6 @@ def main():
 
 
 if __name__ == "__main__":
-    if shutil.which("cc") is None or ctypes.util.find_library("mujoco") is None or not os.path.exists("/usr/include/mujoco/mujoco.h"):
-        print("skipped: needs a C compiler and MuJoCo; on Debian: apt-get install gcc libmujoco-dev")
+    if not has_mujoco():
         sys.exit(0)
     main()

@@ -18,7 +18,7 @@ by the system's loader.
 
 from ._library import HapticError, Message, version
 from .planning import Plan, PlanError, plan
-from .scene import Body, CompileError, Core, Part, Replay, Scene, StepResult, Verdict, compile
+from .scene import Body, CompileError, Core, Driven, Part, Replay, Scene, StepResult, Verdict, compile
 from .session import FAULT_FRAME, Hand, Session, State
 
 __version__ = version()
@@ -27,6 +27,7 @@ __all__ = [
     "Body",
     "CompileError",
     "Core",
+    "Driven",
     "Hand",
     "HapticError",
     "Message",

@@ -267,6 +267,20 @@ class BodyOutput(Structure):
     ]
 
 
+class DrivenOutput(Structure):
+    _fields_ = [
+        ("pose", c_double * 7),
+        ("commanded", c_double * 7),
+        ("lag_m", c_double),
+        ("lag_rad", c_double),
+        ("wrench", c_double * 6),
+        ("part", c_uint32),
+        ("touches", c_uint32),
+        ("lost", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
 _HANDLE, _OUT = c_void_p, POINTER(c_void_p)
 _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_version": (c_char_p, []),
@@ -281,6 +295,8 @@ _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_core_hold_part": (c_int, [_HANDLE, c_uint32, c_uint32]),
     "haptic_core_release_part": (c_int, [_HANDLE, c_uint32]),
     "haptic_core_bodies": (c_int, [_HANDLE, POINTER(BodyOutput), c_size_t, c_size_t, POINTER(c_size_t)]),
+    "haptic_core_drive": (c_int, [_HANDLE, c_uint32, POINTER(Frame), c_double]),
+    "haptic_core_driven": (c_int, [_HANDLE, POINTER(DrivenOutput), c_size_t, c_size_t, POINTER(c_size_t)]),
     "haptic_core_close": (c_int, [_HANDLE]),
     "haptic_compile": (c_int, [POINTER(CompileInput), _OUT]),
     "haptic_compiled_bytes": (c_int, [_HANDLE, _OUT, POINTER(c_size_t)]),
@@ -306,6 +322,8 @@ _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_session_release_part": (c_int, [_HANDLE, c_uint32]),
     "haptic_session_bodies": (c_int, [_HANDLE, POINTER(BodyOutput), c_size_t, c_size_t, POINTER(c_size_t)]),
     "haptic_session_frame": (c_int, [_HANDLE, POINTER(Frame)]),
+    "haptic_session_drive": (c_int, [_HANDLE, c_uint32, POINTER(Frame)]),
+    "haptic_session_driven": (c_int, [_HANDLE, POINTER(DrivenOutput), c_size_t, c_size_t, POINTER(c_size_t)]),
     "haptic_session_stop": (c_int, [_HANDLE]),
     "haptic_session_close": (c_int, [_HANDLE]),
     "haptic_session_free": (c_int, [_OUT]),

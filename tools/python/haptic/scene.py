@@ -40,8 +40,8 @@ class Part:
     mesh: path of an STL, OBJ or OFF file, or arrays (vertices n x 3, triangles m x 3, counter-clockwise seen from
     outside). unit: "m", "cm", "mm", "um", "inch", or metres per unit; None: that of `compile`. at, turn: position [m]
     and quaternion x y z w of the mesh frame in W. simplify: bevels, fillets and small rounds below this [m] are removed.
-    name: for messages. role: "hand" (held at the start), "placed" (may be held after it, and stays where it is let go) or
-    "fixed" (never held); None: by its place in the call.
+    name: for messages. role: "hand" (held at the start), "placed" (may be held after it, and stays where it is let go),
+    "driven" (its owner moves it: `drive`) or "fixed" (never held); None: by its place in the call.
     """
 
     mesh: Mesh
@@ -53,7 +53,8 @@ class Part:
     role: Optional[str] = None
 
 
-ROLES = ("", "fixed", "hand", "placed")
+ROLES = ("", "fixed", "hand", "placed", "driven")
+_ROLE_NUMBERS = {"placed": 1, "driven": 2}  # haptic_role
 
 
 @dataclass(frozen=True)
@@ -84,17 +85,80 @@ def bodies_of(call: Any, handle: ctypes.c_void_p) -> Dict[str, Body]:
 def part_of(bodies: Dict[str, Body], name: str) -> int:
     """The number of a part that the hand may hold. Raises ValueError with the names of those that it may."""
     for number, body in enumerate(bodies.values()):
-        if body.name == name and body.role != "fixed":
+        if body.name == name and body.role in ("hand", "placed"):
             return number
-    names = ", ".join(b.name for b in bodies.values() if b.role != "fixed")
+    names = ", ".join(b.name for b in bodies.values() if b.role in ("hand", "placed"))
     raise ValueError(f"no part '{name}' may be held; " + (f"those are: {names}" if names else "the scene has one moving part"))
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A part that its owner moves, after a tick."""
+
+    name: str
+    pose: Array  #: of its mesh frame in W, where it is felt
+    commanded: Array  #: the same, where its owner has it
+    lag: float  #: between the two [m]
+    lag_turn: float  #: [rad]
+    force: Array  #: on it by what it touches [N], W axes
+    torque: Array  #: about its mesh frame's origin [N m]
+    touches: bool  #: the part in the hand
+    lost: bool  #: its poses are late, too fast or none, and it stands
+
+
+def driven_of(call: Any, handle: ctypes.c_void_p, bodies: Dict[str, Body]) -> Dict[str, Driven]:
+    """What haptic_core_driven or haptic_session_driven says, by name."""
+    given = (c.DrivenOutput * c.MOST_PARTS)()
+    count = ctypes.c_size_t()
+    error = call(handle, given, c.MOST_PARTS, ctypes.sizeof(c.DrivenOutput), ctypes.byref(count))
+    if error == c.NO_PART:
+        return {}
+    c.require(error)
+    names = list(bodies)
+    driven = {}
+    for d in given[: count.value]:
+        wrench = np.array(d.wrench)
+        driven[names[d.part]] = Driven(
+            names[d.part],
+            np.array(d.pose),
+            np.array(d.commanded),
+            d.lag_m,
+            d.lag_rad,
+            wrench[:3],
+            wrench[3:],
+            d.touches != 0,
+            d.lost != 0,
+        )
+    return driven
+
+
+def driven_part(bodies: Dict[str, Body], name: str) -> int:
+    """The number of a driven part. Raises ValueError with the names of those that are."""
+    for number, body in enumerate(bodies.values()):
+        if body.name == name and body.role == "driven":
+            return number
+    names = ", ".join(b.name for b in bodies.values() if b.role == "driven")
+    raise ValueError(f"no part '{name}' is driven; " + (f"those are: {names}" if names else "the scene has none"))
+
+
+def frame_of(
+    pose: Sequence[float], fastest: float, fastest_turn: float, late: float, stands: bool
+) -> c.Frame:
+    """A pose of a frame that its owner moves, as the library takes it."""
+    return c.Frame(
+        stands=stands,
+        pose=(ctypes.c_double * 7)(*pose_of(pose)),
+        fastest_m_per_s=fastest,
+        fastest_rad_per_s=fastest_turn,
+        late_s=late,
+    )
 
 
 def _by_role(parts: Sequence[Part]) -> List[Part]:
     """The part with the hand's role first."""
-    unknown = [part.role for part in parts if part.role not in (None, "hand", "placed", "fixed")]
+    unknown = [part.role for part in parts if part.role not in (None, *ROLES[1:])]
     if unknown:
-        raise ValueError(f"role '{unknown[0]}' is none of: hand, placed, fixed")
+        raise ValueError(f"role '{unknown[0]}' is none of: hand, placed, driven, fixed")
     hands = [part for part in parts if part.role == "hand"]
     if len(hands) > 1:
         raise ValueError("two parts have the role \"hand\"; the hand holds one at a time")
@@ -129,7 +193,7 @@ def _part_input(part: Part, unit: Union[str, float, None], alive: list) -> c.Par
     given.scale_to_m = _metres(part.unit if part.unit is not None else unit)
     given.pose = (ctypes.c_double * 7)(*pose_of((*part.at, *part.turn)))
     given.simplify_m = part.simplify
-    given.may_be_held = 1 if part.role == "placed" else 0
+    given.may_be_held = _ROLE_NUMBERS.get(part.role or "fixed", 0)
     if part.name:
         given.name = part.name.encode()
     if isinstance(part.mesh, (str, os.PathLike)):
@@ -410,6 +474,33 @@ class Core:
     def bodies(self) -> Dict[str, Body]:
         """Where the parts are, by name; empty for a scene of one moving part."""
         return bodies_of(c.library.haptic_core_bodies, self._handle)
+
+    def drive(
+        self,
+        part: str,
+        pose: Sequence[float],
+        time: float,
+        *,
+        fastest: float = 0.25,
+        fastest_turn: float = 1.0,
+        late: float = 0.1,
+        stands: bool = False,
+    ) -> None:
+        """The owner of a driven part has its mesh frame at `pose` (3 or 7 numbers) at `time` [s], that of the steps.
+
+        To be called 30 to 1000 times a second; between two poses it is interpolated, an interval behind. fastest [m/s],
+        fastest_turn [rad/s]: the owner moves it no faster. late [s]: a newer pose comes within it. stands: it stays there,
+        and none is waited for. A pose that is too fast, late or not finite stops it; where it touches the part in the hand
+        the force fades meanwhile. Raises ValueError where no such part is driven.
+        """
+        given = frame_of(pose, fastest, fastest_turn, late, stands)
+        number = driven_part(self.bodies, part)
+        c.require(c.library.haptic_core_drive(self._handle, number, ctypes.byref(given), time))
+
+    @property
+    def driven(self) -> Dict[str, Driven]:
+        """The driven parts after the last step, by name."""
+        return driven_of(c.library.haptic_core_driven, self._handle, self.bodies)
 
     def verdict(self) -> Verdict:
         """The judgement of all ticks since the core was made or reset."""

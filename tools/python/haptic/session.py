@@ -14,7 +14,21 @@ from typing import Any, Dict, Optional, Sequence, Type, Union
 import numpy as np
 
 from . import _library as c
-from .scene import SITUATIONS, Array, Body, Scene, Verdict, bodies_of, part_of, pose_of, verdict_of
+from .scene import (
+    SITUATIONS,
+    Array,
+    Body,
+    Driven,
+    Scene,
+    Verdict,
+    bodies_of,
+    driven_of,
+    driven_part,
+    frame_of,
+    part_of,
+    pose_of,
+    verdict_of,
+)
 
 ARMING = ("disarmed", "arming", "armed", "disarming", "faulted")
 LINK = ("absent", "starting", "ready")
@@ -257,14 +271,33 @@ class Session:
         (FAULT_FRAME in State.safety_faults); the deadman switch must be pressed again. While a session's parts have moved,
         `force` of its history is in their axes, `sent_force` in those of W.
         """
-        given = c.Frame(
-            stands=stands,
-            pose=(ctypes.c_double * 7)(*pose_of(pose)),
-            fastest_m_per_s=fastest,
-            fastest_rad_per_s=fastest_turn,
-            late_s=late,
-        )
+        given = frame_of(pose, fastest, fastest_turn, late, stands)
         c.require(c.library.haptic_session_frame(self._handle, ctypes.byref(given)))
+
+    def drive(
+        self,
+        part: str,
+        pose: Sequence[float],
+        *,
+        fastest: float = 0.25,
+        fastest_turn: float = 1.0,
+        late: float = 0.1,
+        stands: bool = False,
+    ) -> None:
+        """The owner of a driven part has its mesh frame at `pose` (3 or 7 numbers), in the frame of the fixed parts, now.
+
+        As Core.drive. One that is too fast, late or not finite and touches the part in the hand ramps the force to zero
+        (FAULT_FRAME in State.safety_faults); the deadman switch must be pressed again. Raises ValueError where no such part
+        is driven.
+        """
+        given = frame_of(pose, fastest, fastest_turn, late, stands)
+        number = driven_part(self.bodies, part)
+        c.require(c.library.haptic_session_drive(self._handle, number, ctypes.byref(given)))
+
+    @property
+    def driven(self) -> Dict[str, Driven]:
+        """The driven parts after the newest tick, by name."""
+        return driven_of(c.library.haptic_session_driven, self._handle, self.bodies)
 
     def stop(self) -> None:
         """Stop by software: no force until hand.release() and hand.hold()."""
