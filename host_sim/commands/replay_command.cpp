@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/motion_log/log_judgement.hpp"
@@ -15,6 +16,7 @@
 #include "host_sim/session/contact_log.hpp"
 #include "host_sim/session/contact_reference.hpp"
 #include "host_sim/session/counters_check.hpp"
+#include "host_sim/session/drive_tape.hpp"
 #include "host_sim/session/replay.hpp"
 #include "host_sim/session/replay_plot.hpp"
 #include "host_sim/session/replay_summary.hpp"
@@ -28,6 +30,7 @@ namespace {
 
 struct ReplayArguments {
   std::string scene, motion, out, plot, html, contacts, reference;
+  std::vector<std::string> drives;
   bool json = false, check = false, literal = false;
   DeltaReading delta = DeltaReading::kTranslationAndRotation;
 };
@@ -41,11 +44,14 @@ double half_period_s(const std::vector<MotionSample>& motion) {
 }
 
 void write_page(const std::string& path, const std::string& page, const SceneView& scene,
-                std::span<const MotionSample> motion, std::span<const TickRecord> ticks) {
+                std::span<const MotionSample> motion, std::span<const TickRecord> ticks,
+                const DriveTape& tape) {
   std::vector<tools::RecordedTick> recorded;
-  for (std::size_t k = 0; k < ticks.size(); ++k)
+  for (std::size_t k = 0; k < ticks.size(); ++k) {
     recorded.push_back(recorded_tick(motion[k], ticks[k].tick, ticks[k].state_hash));
-  write_whole_file(path, tools::filled_page(page, scene, recorded));
+    tape.mark(recorded.back(), k);
+  }
+  write_whole_file(path, tools::filled_page(page, scene, recorded, {}, tape.given()));
 }
 
 /// @throws tools::InputError when `option` needs the contact at the device's pose, which the scene
@@ -71,6 +77,7 @@ int do_replay(const ReplayArguments& o) {
   if (o.check) require_goal_contact(session, o.scene, "--check");
   if (!o.reference.empty()) require_goal_contact(session, o.scene, "--reference");
   const std::vector<MotionSample> motion = read_played_motion(o.motion);
+  DriveRun drives(session, read_drives(o.drives));
   MotionLog as_read;
   as_read.samples = motion;
   as_read.columns.order = QuaternionOrder::kWxyz;
@@ -90,6 +97,9 @@ int do_replay(const ReplayArguments& o) {
   ReplayOptions options;
   options.check = o.check;
   options.contacts = !o.contacts.empty();
+  options.drives = &drives;
+  DriveTape tape(false);
+  if (!o.html.empty()) options.tape = &tape;
   options.progress = o.check && isatty(STDERR_FILENO) == 1;
   if (o.literal) options.literal = o.delta;
   const ReplayResult result = replay(session, motion, options);
@@ -102,7 +112,7 @@ int do_replay(const ReplayArguments& o) {
     report.mode = o.delta == DeltaReading::kTranslation ? "literal steps, delta = dx"
                                                         : "literal steps, delta = dx-rotation";
   }
-  report.totals = total(result.ticks, session.view().header().capacity);
+  report.totals = total(result.ticks, session.bounds());
   if (o.literal) {  // its own bound: every node once
     std::uint64_t nodes = 0;
     for (const PairRecord& pair : session.view().listed_pairs()) nodes += pair.node_count;
@@ -119,8 +129,10 @@ int do_replay(const ReplayArguments& o) {
   if (!o.plot.empty())
     write_whole_file(o.plot, replay_plot(result.ticks, scene_title(session.view()),
                                          session.view().parameters().exact_band_m));
-  if (!o.html.empty()) write_page(o.html, page, session.view(), motion, result.ticks);
-  report.bounded = within_bounds(session.core().peaks(), session.view().header().capacity);
+  if (!o.html.empty()) write_page(o.html, page, session.view(), motion, result.ticks, tape);
+  report.bounded = within_bounds(session.core().peaks(), session.bounds());
+  report.driven = drives.accounts();
+  report.lost = drives.failures();
   const std::string summary = o.json ? json_summary(report) : text_summary(report);
   std::fwrite(summary.data(), 1, summary.size(), stdout);
   return report.passed() ? tools::kExitDone : tools::kExitCheckFailed;
@@ -143,6 +155,7 @@ Command add_replay_command(CLI::App& program) {
   CLI::Option* contacts = app->add_option(
       "--contacts", o->contacts,
       "CSV to write: plane, polygon and basic contacts of every touching pair and tick");
+  app->add_option("--drive", o->drives, kDriveHelp);
   app->add_flag("--json", o->json, "summary as JSON on stdout");
   app->add_flag("--check", o->check,
                 "compare every pair of every tick with an exhaustive long double search");

@@ -117,8 +117,8 @@ void add_loop_failures(RunEnd& end, const LoopTotals& t, const RestOscillation& 
 }
 
 nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals& t,
-                                    const RestOscillation& rest,
-                                    const std::vector<HoldEvent>& holds, const RunEnd& end) {
+                                    const RestOscillation& rest, const OtherEvents& others,
+                                    const RunEnd& end) {
   const DeviceModel& device = subject.device;
   nlohmann::ordered_json json;
   json["scene"] = subject.scene;
@@ -158,7 +158,8 @@ nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals&
   json["smallest_proxy_gap_m"] = t.smallest_gap_m;
   json["largest_speed_m_per_s"] = t.largest_speed_m_per_s;
   json["largest_turn_rad_per_s"] = t.largest_turn_rad_per_s;
-  if (!holds.empty()) json["holds"] = holds_json(holds);
+  if (!others.holds.empty()) json["holds"] = holds_json(others.holds);
+  if (!others.driven.empty()) json["driven"] = driven_json(others.driven);
   json["runs_away"] = t.runs_away();
   json["rest"] = rest_account(rest);
   json["passed"] = end.passed();
@@ -167,20 +168,21 @@ nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals&
 }
 
 void print_loop(const RunSubject& subject, const LoopTotals& t, const RestOscillation& rest,
-                const std::vector<HoldEvent>& holds, const RunEnd& end) {
+                const OtherEvents& others, const RunEnd& end) {
   std::printf("closed loop on %s: law %s, %s hand, %g Hz, delay %u\n", subject.scene.c_str(),
               law_name(subject.law), subject.hand.c_str(), subject.rate_hz,
               subject.device.delay_samples);
   print_motion(t);
-  print_holds(holds);
+  print_holds(others.holds);
+  std::printf("%s", driven_text(others.driven).c_str());
   print_rest(rest);
   print_end(end);
 }
 
 nlohmann::ordered_json stack_account(const StackSubject& subject, const StackTotals& t,
-                                     const RestOscillation& rest, const hal::LinkCounters& link,
-                                     const RunEnd& end) {
-  nlohmann::ordered_json json = loop_account(subject.run, t.loop, rest, {}, end);
+                                     const RestOscillation& rest, const OtherEvents& others,
+                                     const hal::LinkCounters& link, const RunEnd& end) {
+  nlohmann::ordered_json json = loop_account(subject.run, t.loop, rest, others, end);
   const nlohmann::ordered_json verdict = json["verdict"];
   json.erase("passed");
   json.erase("verdict");
@@ -225,13 +227,15 @@ nlohmann::ordered_json stack_account(const StackSubject& subject, const StackTot
 }
 
 void print_stack(const StackSubject& subject, const StackTotals& t, const RestOscillation& rest,
-                 const hal::LinkCounters& link, const RunEnd& end) {
+                 const OtherEvents& others, const hal::LinkCounters& link, const RunEnd& end) {
   const RunSubject& run = subject.run;
   std::printf("device stack on %s: carrier %s, %s-clocked, law %s, %s hand, %g Hz, delay %u\n",
               run.scene.c_str(), subject.carrier.c_str(),
               subject.report_clocked ? "report" : "timer", law_name(run.law), run.hand.c_str(),
               run.rate_hz, run.device.delay_samples);
   print_motion(t.loop);
+  print_holds(others.holds);
+  std::printf("%s", driven_text(others.driven).c_str());
   print_rest(rest);
   std::printf("  handed over      %llu commands, %.4g N, %.4g N m at most\n",
               static_cast<unsigned long long>(t.sends), t.largest_handed_n, t.largest_handed_nm);

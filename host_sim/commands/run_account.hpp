@@ -12,6 +12,7 @@
 #include "host_sim/device/rest_judge.hpp"
 #include "host_sim/device/simulated_device.hpp"
 #include "host_sim/device/stack_run.hpp"
+#include "host_sim/session/drive_run.hpp"
 #include "host_sim/session/hold_run.hpp"
 #include "tools/verdict/session_judge.hpp"
 
@@ -25,6 +26,12 @@ struct RunSubject {
   DeviceModel device;
   CouplingParameters rendered{};  ///< the scene's, or what the device holds of it
   std::string lowered;            ///< which of them: a sentence; empty: the scene's
+};
+
+/// Beside the hand's motion: its commands, and the driven parts.
+struct OtherEvents {
+  std::vector<HoldEvent> holds;
+  std::vector<DrivenAccount> driven;
 };
 
 /// The whole stack: the same, and what happened between rendering and device.
@@ -55,20 +62,17 @@ void add_loop_failures(RunEnd& end, const LoopTotals& t, const RestOscillation& 
 /// The loop that the core closes over the device alone.
 [[nodiscard]] nlohmann::ordered_json loop_account(const RunSubject& subject, const LoopTotals& t,
                                                   const RestOscillation& rest,
-                                                  const std::vector<HoldEvent>& holds,
-                                                  const RunEnd& end);
+                                                  const OtherEvents& others, const RunEnd& end);
 /// The same on standard output, the verdict as its last line.
 void print_loop(const RunSubject& subject, const LoopTotals& t, const RestOscillation& rest,
-                const std::vector<HoldEvent>& holds, const RunEnd& end);
+                const OtherEvents& others, const RunEnd& end);
 
 /// The whole stack.
-[[nodiscard]] nlohmann::ordered_json stack_account(const StackSubject& subject,
-                                                   const StackTotals& t,
-                                                   const RestOscillation& rest,
-                                                   const hal::LinkCounters& link,
-                                                   const RunEnd& end);
+[[nodiscard]] nlohmann::ordered_json stack_account(
+    const StackSubject& subject, const StackTotals& t, const RestOscillation& rest,
+    const OtherEvents& others, const hal::LinkCounters& link, const RunEnd& end);
 /// The same on standard output, the verdict as its last line.
 void print_stack(const StackSubject& subject, const StackTotals& t, const RestOscillation& rest,
-                 const hal::LinkCounters& link, const RunEnd& end);
+                 const OtherEvents& others, const hal::LinkCounters& link, const RunEnd& end);
 
 }  // namespace haptic::sim

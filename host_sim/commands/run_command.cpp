@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim run --scene S.rtscene [--out DIR] [--seconds N] [--hand H] [--rate HZ] [--delay N]
-// [--device FILE] [--script FILE] [--carrier none|direct|usb] [--report-clocked] [--faults FILE]
+// [--device FILE] [--script FILE] [--drive PART=MOTION].. [--carrier none|direct|usb]
+// [--report-clocked] [--faults FILE]
 // [--record FILE] [--html FILE] [--mcap FILE] [--serve [--port N] [--bind ADDRESS]
 // [--allow-origin ORIGIN]] [--json]
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -11,6 +13,8 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "hal/clock/servo_clock.hpp"
 #include "hal/usb/bus_recorder.hpp"
@@ -23,6 +27,8 @@
 #include "host_sim/device/stack_run.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/counters_check.hpp"
+#include "host_sim/session/drive_run.hpp"
+#include "host_sim/session/drive_tape.hpp"
 #include "host_sim/session/replay_plot.hpp"
 #include "host_sim/view/core_tape.hpp"
 #include "host_sim/view/loop_ticks.hpp"
@@ -43,6 +49,7 @@ constexpr double kDefaultSeconds = 6.0, kMostSeconds = 3600.0;
 struct RunArguments {
   std::string scene, out, html, mcap, hand = "light", device, script, carrier = "none", faults,
                                       record;
+  std::vector<std::string> drives;
   std::optional<double> seconds, rate_hz;
   std::optional<unsigned> delay;
   bool report_clocked = false, json = false, serve = false;
@@ -100,19 +107,82 @@ void stay(tools::LiveSession& live) {
   live.wait_for_stop();
 }
 
+bool is_not_zero(double x) { return x != 0; }
+
+/// The owners of parts, and the commands to the hand, beside its motion.
+struct OtherMotion {
+  CoreSession* session = nullptr;
+  HoldRun holds;
+  DriveRun drives;
+  std::optional<DriveTape> tape;  ///< where somebody is shown the run
+  std::vector<double> given_j;    ///< DriveRun::given_j after each tick
+
+  /// Where nothing else gives the hand its poses.
+  void before_tick(double t_s) {
+    holds.before_tick(t_s);
+    if (tape) tape->give(drives.input(t_s));
+    drives.before_tick(t_s);
+  }
+  void after_tick(const tools::TickRecord& tick) {
+    holds.after_tick(tick);
+    const bool is_felt = std::ranges::any_of(tick.force_n, is_not_zero) ||
+                         std::ranges::any_of(tick.torque_nm, is_not_zero);
+    drives.after_tick(tick.t_s, is_felt);
+    if (tape && session->hand() != nullptr) tape->take(session->hand()->driven());
+    given_j.push_back(drives.given_j());
+  }
+  /// The newest tick as viewers get it.
+  [[nodiscard]] tools::LiveState shown(const tools::TickRecord& tick) const {
+    tools::LiveState state;
+    state.record = tick;
+    if (!tape) return state;
+    const std::span<const tools::DrivenTick> now = tape->now();
+    state.driven_count = now.size();
+    std::ranges::copy(now, state.driven.begin());
+    return state;
+  }
+  /// The driven parts after each tick.
+  [[nodiscard]] std::span<const tools::DrivenTick> driven() const {
+    return tape ? tape->states() : std::span<const tools::DrivenTick>();
+  }
+  [[nodiscard]] std::string failures() const {
+    const std::string of_holds = holds.failures(), of_drives = drives.failures();
+    return of_holds + (of_holds.empty() || of_drives.empty() ? "" : "; ") + of_drives;
+  }
+};
+
+/// As the account has it.
+OtherEvents told_by(const OtherMotion& others) {
+  return {others.holds.events(), others.drives.accounts()};
+}
+
+void keep_drives(const RunArguments& o, const DriveRun& drives) {
+  if (!o.out.empty() && !drives.csv().empty())
+    write_whole_file(o.out + "/driven.csv", drives.csv());
+}
+
+OtherMotion other_motion(const RunArguments& o, CoreSession& session, const HandWay& way) {
+  OtherMotion others{
+      &session, HoldRun(session, way.holds), DriveRun(session, read_drives(o.drives)), {}, {}};
+  if (!o.html.empty() || !o.mcap.empty() || o.serve) others.tape.emplace(!o.mcap.empty());
+  return others;
+}
+
 /// The loop in real time, for those who watch. Stopped, it goes on as fast as it can.
 std::vector<LoopRecord> run_watched(ClosedLoop& loop, std::span<const MotionSample> motion,
-                                    HoldRun& holds, tools::LiveSession& live, double rate_hz) {
+                                    OtherMotion& others, tools::LiveSession& live, double rate_hz) {
   live.begin();
   const std::int64_t begin_ns = hal::monotonic_ns();
   const auto after = [&](const LoopRecord& record) {
-    holds.after_tick(record.tick);
-    live.publish(recorded_tick(record, rate_hz), {record.tick});
+    others.after_tick(record.tick);
+    tools::RecordedTick tick = recorded_tick(record, rate_hz);
+    others.tape->mark(tick, record.tick.tick);
+    live.publish(tick, others.shown(record.tick), others.tape->newest());
     const double due_s = static_cast<double>(record.tick.tick + 1) / rate_hz;
     if (!live.is_stopped()) (void)hal::sleep_until(begin_ns + std::llround(1e9 * due_s));
   };
   std::vector<LoopRecord> records =
-      run_loop(loop, motion, after, [&](double t_s) { holds.before_tick(t_s); });
+      run_loop(loop, motion, after, [&](double t_s) { others.before_tick(t_s); });
   live.finish();
   return records;
 }
@@ -124,39 +194,43 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
   if (o.serve) live.emplace(o.live, session.view(), false);
   ClosedLoop loop(session, subject.device, hand, subject.rate_hz);
   const HandWay way = hand_way(o, session, subject.rate_hz);
-  HoldRun holds(session, way.holds);
+  OtherMotion others = other_motion(o, session, way);
   const std::vector<LoopRecord> records =
-      live ? run_watched(loop, way.motion, holds, *live, subject.rate_hz)
-           : run_loop(
-                 loop, way.motion, [&](const LoopRecord& record) { holds.after_tick(record.tick); },
-                 [&](double t_s) { holds.before_tick(t_s); });
+      live
+          ? run_watched(loop, way.motion, others, *live, subject.rate_hz)
+          : run_loop(
+                loop, way.motion, [&](const LoopRecord& record) { others.after_tick(record.tick); },
+                [&](double t_s) { others.before_tick(t_s); });
   const LoopTotals totals = total(records);
   const RestOscillation rest =
       rest_oscillation(records, rest_allowance(session.view().parameters(), subject.device));
   tools::SessionJudge judge(session.view());
   if (is_made_to_press(o)) judge.expect_contact();
   std::vector<TickRecord> ticks;
-  for (const LoopRecord& record : records) {
-    ticks.push_back(record.tick);
-    judge.take(judged_tick(record.tick));
-    judge.note_work(record.delivered_j);
+  for (std::size_t k = 0; k < records.size(); ++k) {
+    ticks.push_back(records[k].tick);
+    judge.take(judged_tick(records[k].tick));
+    judge.note_work(records[k].delivered_j - others.given_j[k]);
   }
   RunEnd end{judge.verdict(), {}};
-  add_loop_failures(end, totals, rest,
-                    within_bounds(session.core().peaks(), session.view().header().capacity));
-  const std::string of_holds = holds.failures();
-  end.add_failure(!of_holds.empty(), of_holds);
-  if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), records));
+  add_loop_failures(end, totals, rest, within_bounds(session.core().peaks(), session.bounds()));
+  const std::string of_others = others.failures();
+  end.add_failure(!of_others.empty(), of_others);
+  if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), records, others.driven()));
   if (!o.html.empty()) {
     std::vector<tools::RecordedTick> recorded;
-    for (const LoopRecord& record : records)
+    for (const LoopRecord& record : records) {
       recorded.push_back(recorded_tick(record, subject.rate_hz));
-    write_whole_file(o.html, tools::filled_page(page, session.view(), recorded));
+      others.tape->mark(recorded.back(), record.tick.tick);
+    }
+    write_whole_file(o.html,
+                     tools::filled_page(page, session.view(), recorded, {}, others.tape->given()));
   }
   keep(o, loop_csv(records, GuideLegs(session.view())),
        replay_plot(ticks, title_of(o, session), session.view().parameters().exact_band_m),
-       loop_account(subject, totals, rest, holds.events(), end));
-  if (!o.json) print_loop(subject, totals, rest, holds.events(), end);
+       loop_account(subject, totals, rest, told_by(others), end));
+  keep_drives(o, others.drives);
+  if (!o.json) print_loop(subject, totals, rest, told_by(others), end);
   if (live) stay(*live);
   return end.passed();
 }
@@ -176,33 +250,52 @@ struct StackWatchers {
   }
 };
 
+/// The owners' poses through the loop's memory, and the commands to the hand, before a period.
+void give(OtherMotion& others, DeviceStack& stack, double t_s) {
+  others.holds.before_tick(t_s);
+  const std::int64_t later_ns = stack.now_ns() - DriveRun::stamp_ns(t_s);
+  const std::span<const FrameRecord> records = others.drives.at(t_s);
+  for (std::size_t k = 0; k < records.size(); ++k) {
+    FrameRecord record = records[k];
+    record.stamp_ns += later_ns;
+    stack.drive(k, record);
+  }
+}
+
 /// In real time, for those who watch. Stopped, it goes on as fast as it can.
 std::vector<StackRecord> run_stack_watched(DeviceStack& stack, std::span<const MotionSample> motion,
-                                           tools::LiveSession& live, StackWatchers& watchers) {
+                                           OtherMotion& others, tools::LiveSession& live,
+                                           StackWatchers& watchers) {
   const std::int64_t begin_ns = hal::monotonic_ns();
-  std::vector<StackRecord> records = run_stack(stack, motion, [&](const StackRecord& record) {
-    if (watchers.newest) live.publish(*watchers.newest, {record.loop.tick});
+  const auto after = [&](const StackRecord& record) {
+    others.after_tick(record.loop.tick);
+    if (watchers.newest) live.publish(*watchers.newest, others.shown(record.loop.tick));
     watchers.newest.reset();
     const double due_s = static_cast<double>(record.loop.tick.tick + 1) * stack.period_s();
     if (!live.is_stopped()) (void)hal::sleep_until(begin_ns + std::llround(1e9 * due_s));
-  });
+  };
+  std::vector<StackRecord> records =
+      run_stack(stack, motion, after, [&](double t_s) { give(others, stack, t_s); });
   live.finish();
   return records;
 }
 
 /// The run, and its session in a file where that is asked for.
 std::vector<StackRecord> run_recorded(const RunArguments& o, DeviceStack& stack,
-                                      std::span<const MotionSample> motion, StackWatchers& watchers,
-                                      tools::LiveSession* live) {
+                                      std::span<const MotionSample> motion, OtherMotion& others,
+                                      StackWatchers& watchers, tools::LiveSession* live) {
   std::optional<hal::BusRecorder> kept;
   if (!o.record.empty())
     watchers.recorder = &kept.emplace(o.record, stack.bus_session(), hal::RecorderDrain::kCaller);
   stack.record(watchers.recorder, &StackWatchers::watch, &watchers);
-  std::vector<StackRecord> records = live != nullptr
-                                         ? run_stack_watched(stack, motion, *live, watchers)
-                                         : run_stack(stack, motion, [&kept](const StackRecord&) {
-                                             if (kept) static_cast<void>(kept->drain());
-                                           });
+  const auto after = [&](const StackRecord& record) {
+    others.after_tick(record.loop.tick);
+    if (kept) static_cast<void>(kept->drain());
+  };
+  std::vector<StackRecord> records =
+      live != nullptr
+          ? run_stack_watched(stack, motion, others, *live, watchers)
+          : run_stack(stack, motion, after, [&](double t_s) { give(others, stack, t_s); });
   stack.record(nullptr, nullptr, nullptr);
   if (!kept) return records;
   hal::BusRecorder& recorder = *kept;
@@ -220,6 +313,11 @@ std::vector<StackRecord> run_recorded(const RunArguments& o, DeviceStack& stack,
 /// Without a fault script nothing may go wrong; with one, the hand must be let go in the end.
 bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& run,
                 const HandModel& hand) {
+  const bool has_driven = session.parts() != nullptr && !session.parts()->driven().empty();
+  if (has_driven && (!o.html.empty() || o.serve))
+    throw tools::UsageError(
+        "--carrier: a page computes the ticks of a scene with driven parts again only without a "
+        "carrier; leave it out, or --html and --serve: --mcap and --out DIR have the driven parts");
   const bool usb = o.carrier == "usb";
   const SceneParameters& parameters = session.view().parameters();
   StackSettings settings =
@@ -229,8 +327,10 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   std::vector<DeviceFaultEvent> events;
   if (!o.faults.empty()) events = read_fault_script(o.faults, run.rate_hz);
   const HandWay way = hand_way(o, session, run.rate_hz);
-  if (!way.holds.empty())
-    throw tools::UsageError("--carrier: a script that holds and lets go runs without one");
+  if (!o.record.empty() && (!way.holds.empty() || !o.drives.empty()))
+    throw tools::UsageError(
+        "--record: a recording keeps what the device does, and neither holds nor the poses of "
+        "driven parts; record without them");
   const std::vector<MotionSample>& motion = way.motion;
   const std::string page = o.html.empty() ? std::string() : tools::read_page();
   std::optional<tools::LiveSession> live;
@@ -240,12 +340,13 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   }
   DeviceStack stack(session, settings, scripted_hand(session, motion, run.rate_hz));
   for (const DeviceFaultEvent& event : events) stack.bus().add(event);
+  OtherMotion others = other_motion(o, session, way);
   std::optional<CoreTape> tape;
   StackWatchers watchers;
   if (live || !o.html.empty())
     watchers.tape = &tape.emplace(session.view(), stack.bus_session().servo);
   const std::vector<StackRecord> records =
-      run_recorded(o, stack, motion, watchers, live ? &*live : nullptr);
+      run_recorded(o, stack, motion, others, watchers, live ? &*live : nullptr);
   if (!o.html.empty())
     write_whole_file(o.html, tools::filled_page(page, session.view(), tape->ticks()));
 
@@ -254,16 +355,19 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   tools::SessionJudge judge(session.view());
   if (is_made_to_press(o)) judge.expect_contact();
   std::vector<LoopRecord> felt;
-  for (const StackRecord& record : records) {
-    felt.push_back(record.loop);
-    if (record.rendered_new) judge.take(judged_tick(record.loop.tick));
-    judge.note_work(record.loop.delivered_j);
+  for (std::size_t k = 0; k < records.size(); ++k) {
+    const LoopRecord& record = records[k].loop;
+    felt.push_back(record);
+    if (records[k].rendered_new) judge.take(judged_tick(record.tick));
+    judge.note_work(record.delivered_j - others.given_j[k]);
   }
-  if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), felt));
+  if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), felt, others.driven()));
   const RestOscillation rest = rest_oscillation(felt, rest_allowance(parameters, run.device));
   RunEnd end{judge.verdict(), {}};
   add_loop_failures(end, totals.loop, rest,
-                    within_bounds(session.core().peaks(), session.view().header().capacity));
+                    within_bounds(session.core().peaks(), session.bounds()));
+  const std::string of_others = others.failures();
+  end.add_failure(!of_others.empty(), of_others);
   if (events.empty()) {
     end.add_failure(totals.faults != 0,
                     tools::formatted("a fault at %.4f s: ", totals.first_fault_at_s) +
@@ -275,8 +379,9 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   const std::string title = title_of(o, session) + ", carrier " + o.carrier;
   keep(o, stack_csv(records, GuideLegs(session.view())),
        stack_plot(records, title, session.view().parameters().exact_band_m),
-       stack_account(subject, totals, rest, link, end));
-  if (!o.json) print_stack(subject, totals, rest, link, end);
+       stack_account(subject, totals, rest, told_by(others), link, end));
+  keep_drives(o, others.drives);
+  if (!o.json) print_stack(subject, totals, rest, told_by(others), link, end);
   if (live) stay(*live);
   return end.passed();
 }
@@ -285,7 +390,7 @@ int do_run(const RunArguments& o) {
   const std::optional<HandModel> hand = hand_named(o.hand);
   if (!hand) throw tools::InputError("no hand is called '" + o.hand + "'");
   CoreSession session(o.scene);
-  tools::claim_folder(o.out, "--out", {"run.csv", "run.svg", "run.json"});
+  tools::claim_folder(o.out, "--out", {"run.csv", "run.svg", "run.json", "driven.csv"});
   tools::claim_output(o.record, "--record", {tools::FileFormat::kRecording, {}});
   tools::claim_output(o.html, "--html", {tools::FileFormat::kHtml, {}});
   tools::claim_output(o.mcap, "--mcap", {tools::FileFormat::kMcap, {}});
@@ -351,6 +456,7 @@ Command add_run_command(CLI::App& program) {
   app->add_option("--device", o->device, "device model (TOML); default: the scene's [device]");
   app->add_option("--script", o->script,
                   "motion script of the hand's target (TOML); default: press on the nearest part");
+  app->add_option("--drive", o->drives, kDriveHelp);
   app->add_option("--carrier", o->carrier,
                   "none (default): the core alone closes the loop; direct: through the protocol, "
                   "guard and servo tick of a device; usb: through libusb as well")

@@ -113,6 +113,7 @@ DeviceStack::DeviceStack(CoreSession& session, const StackSettings& settings,
   settings_.limits.period_ns = period_ns_ / std::max(settings.ticks_per_report, 1u);
   const double* grip = session.view().bodies()[0].reference_m;
   for (int k = 0; k < 3; ++k) settings_.map.grip_a[k] = static_cast<Real>(grip[k]);
+  for (std::size_t k = 0; k < driven_.size(); ++k) driven_writers_[k].emplace(driven_[k]);
   recorder_ = std::make_unique<FlightRecorder>(recorder_memory_.span());
   restart_servo();
   if (settings.carrier == StackCarrier::kDirect) {
@@ -168,15 +169,26 @@ void DeviceStack::record(hal::LinkTape* tape, hal::TickWatch watch, void* watch_
 }
 
 void DeviceStack::restart_servo() {
-  session_.core().reset();
-  tick_ = std::make_unique<ServoTick>(session_.core(), servo_parameters(),
-                                      session_.view().header().capacity, recorder_.get());
+  if (PartHand* const held = session_.hand()) {
+    held->reset();
+    tick_ = std::make_unique<ServoTick>(*held, servo_parameters(), recorder_.get());
+  } else {
+    session_.core().reset();
+    tick_ = std::make_unique<ServoTick>(session_.core(), servo_parameters(),
+                                        session_.view().header().capacity, recorder_.get());
+  }
   hal::ServoLoopSettings loop;
   loop.report_goal_contact = true;
+  if (session_.parts() != nullptr)
+    loop.driven = std::span(driven_).first(session_.parts()->driven().size());
   loop.period_ns = settings_.limits.period_ns;
   loop_ = std::make_unique<hal::ServoLoop>(*tick_, mailbox_, loop);
   loop_->watch(&DeviceStack::saw, this);
   stalled_periods_ = 0;
+}
+
+void DeviceStack::drive(std::size_t driven, const FrameRecord& record) {
+  driven_writers_[driven]->publish(record);
 }
 
 double DeviceStack::period_s() const { return 1e-9 * static_cast<double>(period_ns_); }

@@ -4,9 +4,11 @@
 /// output guard, servo tick, core. Equal calls give equal bits, so that a fault can be put anywhere
 /// and a run can be compared with another.
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "hal/device_limits.hpp"
@@ -16,6 +18,7 @@
 #include "hal/usb/usb_link.hpp"
 #include "host_sim/device/reference_usb.hpp"
 #include "host_sim/session/core_session.hpp"
+#include "rt_core/exchange/newest_record.hpp"
 
 namespace haptic::sim {
 
@@ -86,6 +89,9 @@ class DeviceStack final : private hal::LinkObserver {
   [[nodiscard]] hal::BusSession bus_session() const;
   void record(hal::LinkTape* tape, hal::TickWatch watch, void* watch_context);
 
+  /// The newest pose of a driven part, by their order in the scene, stamped by now_ns().
+  void drive(std::size_t driven, const FrameRecord& record);
+
   // Access for tests between two periods.
   [[nodiscard]] ReferenceUsb& bus() { return *bus_; }
   void stall_servo(bool stalled) { servo_stalled_ = stalled; }
@@ -130,6 +136,8 @@ class DeviceStack final : private hal::LinkObserver {
   ReferenceModel model_;
   hal::ReferenceDriver driver_;
   hal::MailboxMemory mailbox_;
+  std::array<NewestRecord<FrameRecord>, kMostDriven> driven_;
+  std::array<std::optional<NewestWriter<FrameRecord>>, kMostDriven> driven_writers_;
   std::unique_ptr<ReferenceUsb> bus_;
   std::unique_ptr<hal::UsbLink> link_;
   std::unique_ptr<DirectLink> direct_;

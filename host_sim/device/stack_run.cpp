@@ -239,11 +239,13 @@ std::function<HandAction(double)> scripted_hand(const CoreSession& session,
 }
 
 std::vector<StackRecord> run_stack(DeviceStack& stack, std::span<const MotionSample> motion,
-                                   const std::function<void(const StackRecord&)>& after_step) {
+                                   const std::function<void(const StackRecord&)>& after_step,
+                                   const std::function<void(double)>& before_step) {
   std::vector<StackRecord> records;
   records.reserve(motion.size());
   bool was_rendered = false;
   for (std::size_t k = 1; k < motion.size(); ++k) {
+    if (before_step) before_step(motion[k].t_s);
     const StackTick tick = stack.step();
     const double delivered_j =
         stack.bus().with_model([](const ReferenceModel& model) { return model.delivered_j(); });

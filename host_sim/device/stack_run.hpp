@@ -46,11 +46,12 @@ struct StackRecord {
   std::uint32_t armings = 0, cuts = 0;  ///< so far; by the operator, and by the device's watchdog
 };
 
-/// One record per sample of `motion` after the first, which the device starts at. `after_step` is
-/// called after each. Cost: the ticks.
+/// One record per sample of `motion` after the first, which the device starts at. `before_step` is
+/// called before each with its time, `after_step` after each. Cost: the ticks.
 [[nodiscard]] std::vector<StackRecord> run_stack(
     DeviceStack& stack, std::span<const MotionSample> motion,
-    const std::function<void(const StackRecord&)>& after_step = {});
+    const std::function<void(const StackRecord&)>& after_step = {},
+    const std::function<void(double t_s)>& before_step = {});
 
 /// The columns of loop_csv, then arming, faults, link and the wrenches behind the rendering, then
 /// those of the guide where there is one; LF.

@@ -47,6 +47,10 @@ class CoreSession {
   [[nodiscard]] StepResult step(const StepInput& input) {
     return parts_ ? parts_->hand.step(input) : core_->step(input);
   }
+  /// Bounds of its work.
+  [[nodiscard]] const SceneCapacity& bounds() const {
+    return parts_ ? parts_->hand.bounds() : view_.header().capacity;
+  }
   /// A fresh start; of a scene with parts with each of them at its start.
   void reset();
   /// Null: the scene has one moving part.

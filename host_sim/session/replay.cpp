@@ -26,6 +26,12 @@ TickRecord core_tick(CoreSession& session, const StepInput& input, double t_s, c
   return record;
 }
 
+bool has_wrench(const TickRecord& record) {
+  const auto is_not_zero = [](double x) { return x != 0; };
+  return std::ranges::any_of(record.force_n, is_not_zero) ||
+         std::ranges::any_of(record.torque_nm, is_not_zero);
+}
+
 /// One tick of the literal method in the same shape. It has no situation beyond "one plane" and no
 /// hash.
 TickRecord literal_tick(LiteralTracker& tracker, double k_f_n_per_m, const StepInput& input,
@@ -73,11 +79,14 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
     const StepInput input = input_of(motion[i], i, GoalContact::kAsked);
     const double t_s = motion[i].t_s;
     Pose goal_wa = input.pose_wa;
+    if (options.tape != nullptr) options.tape->give(options.drives->input(t_s));
+    if (options.drives != nullptr) options.drives->before_tick(t_s);
     TickRecord record =
         literal ? literal_tick(*literal, view.parameters().k_f_n_per_m, input, t_s, values)
                 : core_tick(session, input, t_s, grip_a, goal_wa, values);
     if (literal && i == 0) record.flags |= kFlagFirstTick;
     result.ticks.push_back(record);
+    if (options.drives != nullptr) options.drives->after_tick(t_s, has_wrench(record));
     if (!literal) judge.take(judged_tick(record));
     if (contacts && record.status == RtStatus::kOk) contacts->add(session.core(), input, t_s);
     if (oracle && record.status == RtStatus::kOk) {

@@ -11,6 +11,8 @@
 #include "host_sim/oracle/literal_tracker.hpp"
 #include "host_sim/oracle/scene_oracle.hpp"
 #include "host_sim/session/core_session.hpp"
+#include "host_sim/session/drive_run.hpp"
+#include "host_sim/session/drive_tape.hpp"
 #include "host_sim/session/tick_csv.hpp"
 
 namespace haptic::sim {
@@ -21,6 +23,8 @@ struct ReplayOptions {
   bool contacts = false;                ///< keep the contacts of every tick of the core
   bool progress = false;                ///< a status line on stderr
   bool expects_contact = false;         ///< a motion that was made to touch
+  DriveRun* drives = nullptr;  ///< owners of driven parts; null: these stand at their starts
+  DriveTape* tape = nullptr;   ///< keeps what they give, for a page; with `drives`
 };
 
 struct ReplayResult {

@@ -56,13 +56,14 @@ void check_text(std::string& text, const CheckTotals& c) {
 /// Failures of a replay besides its verdict; empty: none.
 std::string other_failures(const ReplayReport& report) {
   std::string text;
-  const auto add = [&text](bool failed, const char* what) {
-    if (failed) text += (text.empty() ? "" : "; ") + std::string(what);
+  const auto add = [&text](bool failed, const std::string& what) {
+    if (failed) text += (text.empty() ? "" : "; ") + what;
   };
   add(!report.bounded || !report.totals.within_bounds(), "a count of work is over its bound");
   add(report.check && !report.check->passed(), "the exhaustive search finds other contacts");
   add(report.reference && report.reference->wrong > 0,
       "overlap at the device's pose is not that of the reference");
+  add(!report.lost.empty(), report.lost);
   return text;
 }
 
@@ -175,7 +176,7 @@ std::string text_summary(const ReplayReport& report) {
                 r.wrong > 0 ? "  FAILED" : "");
     if (r.wrong > 0) append_line(text, "  first wrong           t = %.3f s", r.first_wrong_t_s);
   }
-  return text + verdict_text(report) + "\n";
+  return text + driven_text(report.driven) + verdict_text(report) + "\n";
 }
 
 std::string json_summary(const ReplayReport& report) {
@@ -208,6 +209,7 @@ std::string json_summary(const ReplayReport& report) {
     json["flag_ticks"][flag_name(bit)] = t.flag_ticks[bit];
   json["refused_poses"] = t.refused_poses;
   json["final_state_hash"] = tools::hash_text(t.final_hash);
+  if (!report.driven.empty()) json["driven"] = driven_json(report.driven);
   if (report.check) {
     const CheckTotals& c = *report.check;
     json["check"] = {

@@ -11,6 +11,7 @@
 
 #include "host_sim/oracle/scene_oracle.hpp"
 #include "host_sim/session/contact_reference.hpp"
+#include "host_sim/session/drive_run.hpp"
 #include "host_sim/session/tick_csv.hpp"
 
 namespace haptic::sim {
@@ -49,6 +50,8 @@ struct ReplayReport {
   std::optional<ReferenceTotals> reference;
   std::optional<tools::SessionVerdict> verdict;
   bool bounded = true;  ///< every count of the core within its bound
+  std::vector<DrivenAccount> driven;
+  std::string lost;  ///< driven parts whose streams were lost (DriveRun::failures)
 
   [[nodiscard]] bool passed() const;
 };

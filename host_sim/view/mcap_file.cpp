@@ -81,7 +81,8 @@ std::string McapWriter::finish() {
   return std::move(file_) + std::string(kMagic);
 }
 
-std::string mcap_of(const SceneView& scene, std::span<const LoopRecord> records) {
+std::string mcap_of(const SceneView& scene, std::span<const LoopRecord> records,
+                    std::span<const tools::DrivenTick> driven) {
   McapWriter writer("", "haptic");
   std::array<std::uint16_t, tools::kTopics> channels{};
   for (std::size_t k = 0; k < tools::kTopics; ++k)
@@ -94,13 +95,18 @@ std::string mcap_of(const SceneView& scene, std::span<const LoopRecord> records)
   writer.add_message(channel(tools::Topic::kScene), 0, tools::scene_message(scene));
   tools::LogTopic log;
   const GuideLegs legs(scene);
-  for (const LoopRecord& record : records) {
-    const TickRecord& tick = record.tick;
+  const tools::DrivenFrames frames(scene);
+  const std::size_t driven_parts = records.empty() ? 0 : driven.size() / records.size();
+  for (std::size_t k = 0; k < records.size(); ++k) {
+    const TickRecord& tick = records[k].tick;
     const std::uint64_t ns = tools::topic_time_ns(tick);
     for (const tools::Topic topic : tools::kTickTopics) {
       const std::string message = tools::tick_message(topic, tick, legs);
       if (!message.empty()) writer.add_message(channel(topic), ns, message);
     }
+    for (const std::string& message :
+         frames.messages(tick, driven.subspan(k * driven_parts, driven_parts)))
+      writer.add_message(channel(tools::Topic::kFrames), ns, message);
     for (const std::string& message : log.messages(tick))
       writer.add_message(channel(tools::Topic::kLog), ns, message);
   }

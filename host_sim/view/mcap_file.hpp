@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "host_sim/device/loop_run.hpp"
+#include "tools/live/driven_tick.hpp"
 
 namespace haptic::sim {
 
@@ -33,7 +34,9 @@ class McapWriter {
   std::map<std::uint16_t, std::uint32_t> messages_;  ///< by channel
 };
 
-/// The file of a closed loop. Numbers have 17 digits.
-[[nodiscard]] std::string mcap_of(const SceneView& scene, std::span<const LoopRecord> records);
+/// The file of a closed loop. Numbers have 17 digits. `driven`: the driven parts of the scene after
+/// each of the ticks, one tick after the other; empty: it has none.
+[[nodiscard]] std::string mcap_of(const SceneView& scene, std::span<const LoopRecord> records,
+                                  std::span<const tools::DrivenTick> driven = {});
 
 }  // namespace haptic::sim

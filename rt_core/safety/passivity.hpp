@@ -51,8 +51,8 @@ struct PassivityInput {
   /// the work of their own wrench, half of it before and half after the way, stands for its change.
   StoredEnergy stored;
   bool stores = false;
-  /// Share of V's change in this interval: what other parts that move have given the spring, less what it
-  /// gave them: no energy that the rendering has made [J].
+  /// Share of V's change in this interval: what other parts that move have given the spring, less
+  /// what it gave them: no energy that the rendering has made [J].
   double given_j = 0;
   /// The gain that a ramp in has put on the law's wrench in `command_w`.
   Real gain = 1;

@@ -11,8 +11,7 @@ namespace haptic::sim::test {
   return {static_cast<Real>(values[0]), static_cast<Real>(values[1]), static_cast<Real>(values[2])};
 }
 
-/// The state hash after it.
-[[nodiscard]] inline std::uint64_t hash_after(HapticCore& core, const tools::RecordedTick& tick) {
+[[nodiscard]] inline StepInput recorded_input(const tools::RecordedTick& tick) {
   StepInput input;
   input.stamp_ns = tick.stamp_ns;
   input.pose_wa.p_wa = vector_in(tick.p_wa_m);
@@ -22,8 +21,13 @@ namespace haptic::sim::test {
   input.twist_w = {vector_in(tick.twist_w), vector_in(tick.twist_w + 3)};
   input.twist_valid = (tick.marks & tools::kMarkTwist) != 0;
   input.clutched = (tick.marks & tools::kMarkClutched) != 0;
+  return input;
+}
+
+/// The state hash after it.
+[[nodiscard]] inline std::uint64_t hash_after(HapticCore& core, const tools::RecordedTick& tick) {
   if ((tick.marks & tools::kMarkReset) != 0) core.reset();
-  return core.step(input).state_hash;
+  return core.step(recorded_input(tick)).state_hash;
 }
 
 }  // namespace haptic::sim::test

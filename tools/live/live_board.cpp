@@ -12,7 +12,16 @@ constexpr std::uint64_t kMargin = 1024;
 
 }  // namespace
 
-void LiveWriter::publish(const LiveTick& tick, LiveState state) noexcept {
+void LiveWriter::publish(LiveTick tick, LiveState state,
+                         std::span<const GivenPose> given) noexcept {
+  tick.given_begin = given_;
+  tick.given = given.size();
+  for (GivenPose pose : given) {
+    pose.tick = written_;
+    board_.given[given_ % LiveBoard::kGiven].write(
+        static_cast<RecordWord>(given_ + 1), std::bit_cast<LiveBoard::GivenRecord::Words>(pose));
+    ++given_;
+  }
   LiveBoard::Record& record = board_.ring[written_ % LiveBoard::kTicks];
   record.write(static_cast<RecordWord>(written_ + 1),
                std::bit_cast<LiveBoard::Record::Words>(tick));
@@ -48,6 +57,28 @@ std::size_t LiveReader::copy(std::uint64_t& first, std::span<LiveTick> out) cons
   return copied;
 }
 
-LiveTick live_tick(const RecordedTick& tick, std::uint64_t sequence) { return {tick, sequence}; }
+std::size_t LiveReader::copy_given(std::span<const LiveTick> ticks, std::size_t most,
+                                   std::vector<GivenPose>& out) const {
+  out.clear();
+  for (std::size_t k = 0; k < ticks.size(); ++k) {
+    // Any bytes may stand in the board.
+    const std::uint64_t count = std::min<std::uint64_t>(ticks[k].given, kMostDriven);
+    if (out.size() + count > most) return k;
+    const std::size_t before = out.size();
+    for (std::uint64_t at = ticks[k].given_begin; at < ticks[k].given_begin + count; ++at) {
+      LiveBoard::GivenRecord::Words words;
+      if (!board_.given[at % LiveBoard::kGiven].copy(static_cast<RecordWord>(at + 1), words)) {
+        out.resize(before);
+        return k;
+      }
+      out.push_back(std::bit_cast<GivenPose>(words));
+    }
+  }
+  return ticks.size();
+}
+
+LiveTick live_tick(const RecordedTick& tick, std::uint64_t sequence) {
+  return {tick, sequence, 0, 0};
+}
 
 }  // namespace haptic::tools

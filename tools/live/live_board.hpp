@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <span>
 #include <type_traits>
+#include <vector>
 
 #include "rt_core/exchange/newest_record.hpp"
 #include "rt_core/exchange/stamped_record.hpp"
@@ -23,8 +24,10 @@ namespace haptic::tools {
 /// (host_sim/view/page/src/live.ts).
 struct LiveTick : RecordedTick {
   std::uint64_t sequence = 0;
+  std::uint64_t given_begin = 0,
+                given = 0;  ///< its poses of driven parts: number of the first, how many
 };
-static_assert(sizeof(LiveTick) == 184 && std::is_trivially_copyable_v<LiveTick>);
+static_assert(sizeof(LiveTick) == 208 && std::is_trivially_copyable_v<LiveTick>);
 
 /// Where a page's hand wants the part (A's mesh frame in W).
 struct PageHand {
@@ -38,11 +41,14 @@ using HandBoard = NewestRecord<PageHand>;
 /// Zeroed memory is a board without a tick.
 struct LiveBoard {
   static constexpr std::size_t kTicks = 65536;  ///< of the last minute
+  static constexpr std::size_t kGiven = 65536;  ///< poses of driven parts
   using Record = StampedRecord<sizeof(LiveTick) / sizeof(RecordWord)>;
+  using GivenRecord = StampedRecord<sizeof(GivenPose) / sizeof(RecordWord)>;
 
   NewestRecord<LiveState> newest;
   alignas(64) std::atomic<std::uint64_t> written{0};  ///< ticks so far
   std::array<Record, kTicks> ring{};
+  std::array<GivenRecord, kGiven> given{};  ///< GivenPose::tick: the number of that tick
 };
 
 /// Owner: the one thread that runs the ticks. Wait-free.
@@ -50,8 +56,8 @@ class LiveWriter {
  public:
   explicit LiveWriter(LiveBoard& board) : board_(board), newest_(board.newest) {}
 
-  /// The number of the tick in `state` is set here.
-  void publish(const LiveTick& tick, LiveState state) noexcept;
+  /// The number of the tick in `state` and in `given`, the poses that are new in it, is set here.
+  void publish(LiveTick tick, LiveState state, std::span<const GivenPose> given = {}) noexcept;
   /// Says again what is newest, with no further tick to come.
   void finish() noexcept;
 
@@ -59,7 +65,7 @@ class LiveWriter {
   LiveBoard& board_;
   NewestWriter<LiveState> newest_;
   LiveState last_;
-  std::uint64_t written_ = 0;
+  std::uint64_t written_ = 0, given_ = 0;
 };
 
 /// Owner: one thread. Never writes to the board; any bytes in it give some value.
@@ -76,6 +82,11 @@ class LiveReader {
   /// been overwritten, those from the oldest on. @return how many; `first` is that of the first
   /// copied.
   [[nodiscard]] std::size_t copy(std::uint64_t& first, std::span<LiveTick> out) const noexcept;
+  /// The poses of driven parts that came with `ticks`, as `copy` made them: at most `most`, and
+  /// those of whole ticks. @return how many of `ticks` have them all, from the first on; 0: those
+  /// of the first have been overwritten.
+  [[nodiscard]] std::size_t copy_given(std::span<const LiveTick> ticks, std::size_t most,
+                                       std::vector<GivenPose>& out) const;
 
  private:
   const LiveBoard& board_;

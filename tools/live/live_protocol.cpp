@@ -203,16 +203,18 @@ std::optional<PageMessage> read_page_message(std::span<const std::byte> bytes) {
 }
 
 std::string chunk_message(const LiveState& state, std::uint64_t first, std::uint64_t written,
-                          std::span<const LiveTick> ticks) {
+                          std::span<const LiveTick> ticks, std::span<const GivenPose> given) {
   ChunkHead head;
   head.ticks = static_cast<std::uint32_t>(ticks.size());
   head.first = first;
   head.written = written;
+  head.given = given.size();
   std::string out;
-  out.reserve(sizeof head + sizeof state + ticks.size_bytes());
+  out.reserve(sizeof head + sizeof state + ticks.size_bytes() + given.size_bytes());
   append(out, head);
   append(out, state);
   out.append(reinterpret_cast<const char*>(ticks.data()), ticks.size_bytes());
+  out.append(reinterpret_cast<const char*>(given.data()), given.size_bytes());
   return out;
 }
 

@@ -78,16 +78,18 @@ inline constexpr std::size_t kMostPageMessage_bytes = 72;
 /// Nothing: it is no such message.
 [[nodiscard]] std::optional<PageMessage> read_page_message(std::span<const std::byte> bytes);
 
-/// What a page is sent: head, newest state, ticks.
+/// A page is sent: head, newest state, ticks, poses of driven parts in the order of the ticks.
 struct ChunkHead {
-  std::uint32_t magic = 0x32564C48;  // "HLV2"
+  std::uint32_t magic = 0x33564C48;  // "HLV3"
   std::uint32_t ticks = 0;
   std::uint64_t first = 0;    ///< number of the first tick
   std::uint64_t written = 0;  ///< ticks of the session so far
+  std::uint64_t given = 0;    ///< poses of driven parts
 };
-static_assert(sizeof(ChunkHead) == 24);
+static_assert(sizeof(ChunkHead) == 32);
 [[nodiscard]] std::string chunk_message(const LiveState& state, std::uint64_t first,
-                                        std::uint64_t written, std::span<const LiveTick> ticks);
+                                        std::uint64_t written, std::span<const LiveTick> ticks,
+                                        std::span<const GivenPose> given = {});
 
 // What a viewer of others says: text, JSON.
 

@@ -47,6 +47,8 @@ constexpr std::chrono::seconds kPatience{10};
 constexpr std::uint32_t kMostHeader_bytes = 8192;
 /// Of one message to a page.
 constexpr std::size_t kTicksAtOnce = 1024;
+/// Poses of driven parts in a message, at most.
+constexpr std::size_t kGivenAtOnce = 4096;
 /// A page that is so far behind is answered at once and not at the next look.
 constexpr std::uint64_t kFarBehind = 64;
 constexpr std::size_t kMostSubscriptions = 64;
@@ -107,13 +109,16 @@ struct Shared {
   Shared(AccessRules the_rules, LiveOffer the_offer)
       : rules(std::move(the_rules)), offer(std::move(the_offer)), reader(*offer.board) {
     if (offer.hand != nullptr) hand.emplace(*offer.hand);
-    if (offer.scene != nullptr) legs = GuideLegs(*offer.scene);
+    if (offer.scene == nullptr) return;
+    legs = GuideLegs(*offer.scene);
+    frames = DrivenFrames(*offer.scene);
   }
 
   AccessRules rules;
   LiveOffer offer;
   LiveReader reader;
-  GuideLegs legs;  ///< of the scene's guide
+  GuideLegs legs;       ///< of the scene's guide
+  DrivenFrames frames;  ///< of its driven parts
   std::optional<NewestWriter<PageHand>> hand;
   PageHand order;
   LiveCounts counts;
@@ -122,6 +127,7 @@ struct Shared {
   std::size_t connections = 0;
   std::vector<std::weak_ptr<Client>> clients;
   std::vector<LiveTick> room = std::vector<LiveTick>(kTicksAtOnce);
+  std::vector<GivenPose> given;
 };
 
 /// Counts one connection for as long as it lives.
@@ -252,9 +258,20 @@ class PageClient final : public Client {
     if (looked_ == shared_.looks && written - *asked_ < kFarBehind && !ended) return false;
     looked_ = shared_.looks;
     std::uint64_t first = *asked_;
-    const std::size_t count = shared_.reader.copy(first, shared_.room);
-    said_end_ = state.is_over != 0 && first + count >= written;
-    out = chunk_message(state, first, written, std::span(shared_.room).first(count));
+    std::span<const LiveTick> ticks =
+        std::span(shared_.room).first(shared_.reader.copy(first, shared_.room));
+    // Poses that have been overwritten take the ticks before them along.
+    std::size_t whole = 0;
+    shared_.given.clear();
+    while (!ticks.empty()) {
+      whole = shared_.reader.copy_given(ticks, kGivenAtOnce, shared_.given);
+      if (whole > 0) break;
+      ticks = ticks.subspan(1);
+      first += 1;
+    }
+    ticks = ticks.first(whole);
+    said_end_ = state.is_over != 0 && first + ticks.size() >= written;
+    out = chunk_message(state, first, written, ticks, shared_.given);
     is_text = false;
     asked_.reset();
     return true;
@@ -314,11 +331,7 @@ class ViewerClient final : public Client {
       return true;
     }
     is_text = false;
-    if (!logs_.empty()) {
-      out = std::move(logs_.back());
-      logs_.pop_back();
-      return true;
-    }
+    if (take_waiting(out)) return true;
     begin_round();
     while (at_ < subscribed_.size()) {
       if (compose(subscribed_[at_++], out)) return true;
@@ -326,7 +339,7 @@ class ViewerClient final : public Client {
     return false;
   }
   [[nodiscard]] bool has_more() const override {
-    return greeted_ < 2 || !complaint_.empty() || !logs_.empty() || at_ < subscribed_.size();
+    return greeted_ < 2 || !complaint_.empty() || !waiting_.empty() || at_ < subscribed_.size();
   }
 
   /// The newest state, for one message of each subscription.
@@ -348,18 +361,25 @@ class ViewerClient final : public Client {
     if (ticks_ <= s.sent) return false;
     s.sent = ticks_;
     if (s.topic == Topic::kLog) {
-      logs_ = log_.messages(state_.record);
-      std::ranges::reverse(logs_);
-      for (std::string& text : logs_)
-        text = foxglove_frame(s.id, topic_time_ns(state_.record), text);
-      if (logs_.empty()) return false;
-      out = std::move(logs_.back());
-      logs_.pop_back();
-      return true;
+      waiting_ = log_.messages(state_.record);
+    } else {
+      if (s.topic == Topic::kFrames) {
+        const std::uint64_t count = std::min<std::uint64_t>(state_.driven_count, kMostDriven);
+        waiting_ = shared_.frames.messages(state_.record, std::span(state_.driven).first(count));
+      }
+      std::string message = tick_message(s.topic, state_.record, shared_.legs);
+      if (!message.empty()) waiting_.insert(waiting_.begin(), std::move(message));
     }
-    const std::string message = tick_message(s.topic, state_.record, shared_.legs);
-    if (message.empty()) return false;
-    out = foxglove_frame(s.id, topic_time_ns(state_.record), message);
+    std::ranges::reverse(waiting_);
+    for (std::string& text : waiting_)
+      text = foxglove_frame(s.id, topic_time_ns(state_.record), text);
+    return take_waiting(out);
+  }
+
+  bool take_waiting(std::string& out) {
+    if (waiting_.empty()) return false;
+    out = std::move(waiting_.back());
+    waiting_.pop_back();
     return true;
   }
 
@@ -395,7 +415,7 @@ class ViewerClient final : public Client {
   unsigned greeted_ = 0;
   std::string complaint_;
   std::vector<Subscribed> subscribed_;
-  std::vector<std::string> logs_;  ///< of the round, the first one last
+  std::vector<std::string> waiting_;  ///< of the topic at hand, the first one last
   std::size_t at_ = 0;
   std::uint64_t round_ = 0, ticks_ = 0;
   LiveState state_;

@@ -114,8 +114,9 @@ void LiveSession::begin() {
   door_.leave();
 }
 
-void LiveSession::publish(const RecordedTick& tick, const LiveState& state) {
-  writer_.publish(live_tick(tick, state.record.tick), state);
+void LiveSession::publish(const RecordedTick& tick, const LiveState& state,
+                          std::span<const GivenPose> given) {
+  writer_.publish(live_tick(tick, state.record.tick), state, given);
 }
 
 PageHand LiveSession::order() { return hand_ ? hand_->newest() : PageHand{}; }

@@ -6,6 +6,7 @@
 #include <CLI/App.hpp>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -55,8 +56,10 @@ class LiveSession {
 
   /// Forks the server and prints where it is. Before any thread. @throws OsError.
   void begin();
-  /// `tick`: what the core was given; `state`: what it made of it.
-  void publish(const RecordedTick& tick, const LiveState& state);
+  /// `tick`: what the core was given; `state`: what it made of it; `given`: poses that driven parts
+  /// were given before it.
+  void publish(const RecordedTick& tick, const LiveState& state,
+               std::span<const GivenPose> given = {});
   /// No further tick comes.
   void finish() { writer_.finish(); }
   [[nodiscard]] PageHand order();  ///< the newest of a page; wanted 0: none yet

@@ -2,8 +2,10 @@
 #pragma once
 /// A tick as the viewers of a session get it.
 
+#include <array>
 #include <cstdint>
 
+#include "tools/live/driven_tick.hpp"
 #include "tools/verdict/tick_record.hpp"
 
 namespace haptic::tools {
@@ -15,7 +17,9 @@ struct LiveState {
   double hand_stamp = 0;      ///< of the hand's order that this tick followed
   std::uint32_t is_over = 0;  ///< no further tick comes
   std::uint32_t knows_felt = 1;
+  std::uint64_t driven_count = 0;                ///< driven parts of the session that are known
+  std::array<DrivenTick, kMostDriven> driven{};  ///< in the order of PartScenes::driven()
 };
-static_assert(sizeof(LiveState) == sizeof(TickRecord) + 16);
+static_assert(sizeof(LiveState) == sizeof(TickRecord) + 24 + kMostDriven * sizeof(DrivenTick));
 
 }  // namespace haptic::tools

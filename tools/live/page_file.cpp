@@ -2,6 +2,7 @@
 #include "tools/live/page_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <filesystem>
@@ -25,9 +26,9 @@ constexpr char kRecordingMagic[8] = {'R', 'T', 'V', 'I', 'E', 'W', '3', '\0'};
 struct RecordingHead {
   char magic[8] = {};
   std::uint32_t ticks = 0;
-  std::uint32_t has = 0;  ///< kHasAccepted, kHasDevice
+  std::uint32_t has = 0;  ///< kHasAccepted, kHasDevice, kHasDriven
 };
-constexpr std::uint32_t kHasAccepted = 1, kHasDevice = 2;
+constexpr std::uint32_t kHasAccepted = 1, kHasDevice = 2, kHasDriven = 4;
 static_assert(sizeof(RecordingHead) == 16);
 
 std::string escaped(std::string_view text) {
@@ -52,9 +53,13 @@ void fill(std::string& page, const std::string& mark, const std::string& text) {
   page.replace(at, mark.size(), text);
 }
 
-/// Columns of a tick: stamp, position, orientation, hash; the accepted wrench and what a device
-/// adds where they are there.
-constexpr std::size_t kHashColumn = 8, kColumns = 9, kAcceptedColumns = 6, kDeviceColumns = 7;
+/// Columns of a tick: stamp, position, orientation, hash; the accepted wrench, what a device adds,
+/// and clock and feeling of driven parts where they are there.
+constexpr std::size_t kHashColumn = 8, kColumns = 9, kAcceptedColumns = 6, kDeviceColumns = 7,
+                      kDrivenColumns = 2;
+/// Those of a given pose: the words of GivenPose.
+constexpr std::size_t kGivenColumns = sizeof(GivenPose) / 8;
+constexpr std::size_t kNoColumn = ~std::size_t{0};
 
 std::uint64_t column_of(const RecordedTick& tick, std::size_t column, std::uint32_t has) {
   if (column == 0) return static_cast<std::uint64_t>(tick.stamp_ns);
@@ -66,7 +71,20 @@ std::uint64_t column_of(const RecordedTick& tick, std::size_t column, std::uint3
     if (k < kAcceptedColumns) return std::bit_cast<std::uint64_t>(tick.accepted_w[k]);
     k -= kAcceptedColumns;
   }
-  return k < 6 ? std::bit_cast<std::uint64_t>(tick.twist_w[k]) : tick.marks;
+  constexpr std::uint64_t kOfDriven = kMarkDriven | kMarkFelt;
+  if ((has & kHasDevice) != 0) {
+    if (k < 6) return std::bit_cast<std::uint64_t>(tick.twist_w[k]);
+    if (k == 6) return tick.marks & ~kOfDriven;
+    k -= kDeviceColumns;
+  }
+  if (k == 0) return static_cast<std::uint64_t>(tick.driven_ns);
+  return (tick.marks & kMarkFelt) != 0 ? 1 : 0;
+}
+
+std::size_t columns_with(std::uint32_t has) {
+  return kColumns + ((has & kHasAccepted) != 0 ? kAcceptedColumns : 0) +
+         ((has & kHasDevice) != 0 ? kDeviceColumns : 0) +
+         ((has & kHasDriven) != 0 ? kDrivenColumns : 0);
 }
 
 /// Properties of these ticks that others lack. A page forgets all before the first tick in any
@@ -77,12 +95,40 @@ std::uint32_t kinds_of(std::span<const RecordedTick> ticks) {
   for (const RecordedTick& tick : ticks.subspan(1)) later |= tick.marks & kMarkReset;
   for (const RecordedTick& tick : ticks) later |= tick.marks & (kMarkTwist | kMarkClutched);
   const bool accepted = (ticks.front().marks & kMarkAccepted) != 0;
-  return (accepted ? kHasAccepted : 0) | (later != 0 ? kHasDevice : 0);
+  const bool driven = (ticks.front().marks & kMarkDriven) != 0;
+  return (accepted ? kHasAccepted : 0) | (later != 0 ? kHasDevice : 0) | (driven ? kHasDriven : 0);
 }
 
 /// Small numbers of either sign as small ones.
 std::uint64_t unsigned_of(std::uint64_t difference) {
   return difference << 1 ^ (difference >> 63 != 0 ? ~std::uint64_t{0} : 0);
+}
+
+/// Appends columns of `count` words each; `plain` has its words as they are.
+template <typename Word>
+void append_columns(std::vector<std::byte>& bytes, std::size_t columns, std::size_t count,
+                    std::size_t plain, const Word& word) {
+  bytes.reserve(bytes.size() + 8 * columns * count);
+  std::vector<std::uint64_t> values(count);
+  for (std::size_t column = 0; column < columns; ++column) {
+    std::uint64_t before = 0, before_that = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint64_t value = word(k, column);
+      // A motion goes on as it did; a hash does not.
+      values[k] = column == plain ? value : unsigned_of(value - (2 * before - before_that));
+      before_that = before;
+      before = value;
+    }
+    for (unsigned byte = 0; byte < 8; ++byte)
+      for (const std::uint64_t value : values)
+        bytes.push_back(static_cast<std::byte>(value >> (8 * byte)));
+  }
+}
+
+template <typename Plain>
+void append_plain(std::vector<std::byte>& bytes, const Plain& value) {
+  const auto of_value = std::as_bytes(std::span(&value, 1));
+  bytes.insert(bytes.end(), of_value.begin(), of_value.end());
 }
 
 /// As gzip, where zlib is there.
@@ -162,30 +208,24 @@ std::string base64(std::span<const std::byte> bytes) {
 
 std::string packed_text(std::span<const std::byte> bytes) { return base64(zipped(bytes)); }
 
-std::vector<std::byte> recording_bytes(std::span<const RecordedTick> ticks) {
+std::vector<std::byte> recording_bytes(std::span<const RecordedTick> ticks,
+                                       std::span<const GivenPose> given) {
   RecordingHead head;
   std::memcpy(head.magic, kRecordingMagic, sizeof kRecordingMagic);
   head.ticks = static_cast<std::uint32_t>(ticks.size());
   head.has = kinds_of(ticks);
-  const auto head_bytes = std::as_bytes(std::span(&head, 1));
-  std::vector<std::byte> bytes(head_bytes.begin(), head_bytes.end());
-  const std::size_t columns = kColumns + ((head.has & kHasAccepted) != 0 ? kAcceptedColumns : 0) +
-                              ((head.has & kHasDevice) != 0 ? kDeviceColumns : 0);
-  bytes.reserve(bytes.size() + 8 * columns * ticks.size());
-  std::vector<std::uint64_t> values(ticks.size());
-  for (std::size_t column = 0; column < columns; ++column) {
-    std::uint64_t before = 0, before_that = 0;
-    for (std::size_t k = 0; k < ticks.size(); ++k) {
-      const std::uint64_t value = column_of(ticks[k], column, head.has);
-      // A motion goes on as it did; a hash does not.
-      values[k] = column == kHashColumn ? value : unsigned_of(value - (2 * before - before_that));
-      before_that = before;
-      before = value;
-    }
-    for (unsigned byte = 0; byte < 8; ++byte)
-      for (const std::uint64_t value : values)
-        bytes.push_back(static_cast<std::byte>(value >> (8 * byte)));
-  }
+  std::vector<std::byte> bytes;
+  append_plain(bytes, head);
+  append_columns(
+      bytes, columns_with(head.has), ticks.size(), kHashColumn,
+      [&](std::size_t k, std::size_t column) { return column_of(ticks[k], column, head.has); });
+  if ((head.has & kHasDriven) == 0) return bytes;
+  append_plain(bytes, std::uint64_t{given.size()});
+  append_columns(bytes, kGivenColumns, given.size(), kNoColumn,
+                 [&](std::size_t k, std::size_t column) {
+                   using Words = std::array<std::uint64_t, kGivenColumns>;
+                   return std::bit_cast<Words>(given[k])[column];
+                 });
   return bytes;
 }
 
@@ -210,11 +250,12 @@ std::string read_page() {
 }
 
 std::string filled_page(const std::string& page, const SceneView& scene,
-                        std::span<const RecordedTick> ticks, std::string_view about) {
+                        std::span<const RecordedTick> ticks, std::string_view about,
+                        std::span<const GivenPose> given) {
   std::string filled = page_with_scene(page, scene, about);
   fill(filled, kConnect, "'none'");
   fill(filled, "@LIVE@", "");
-  fill(filled, "@RECORDING@", ticks.empty() ? "" : packed_text(recording_bytes(ticks)));
+  fill(filled, "@RECORDING@", ticks.empty() ? "" : packed_text(recording_bytes(ticks, given)));
   return filled;
 }
 

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "rt_core/safety/moving_frame.hpp"
 #include "rt_core/scene/scene_view.hpp"
 #include "rt_core/tick/step.hpp"
 
@@ -21,7 +22,9 @@ enum TickMark : std::uint64_t {
   kMarkReset = 1,     ///< the core forgot all that was before this tick
   kMarkAccepted = 2,  ///< accepted_w is valid: in all ticks of a recording, or in none
   kMarkTwist = 4,     ///< twist_w is valid
-  kMarkClutched = 8   ///< StepInput::clutched
+  kMarkClutched = 8,  ///< StepInput::clutched
+  kMarkDriven = 16,   ///< driven_ns is valid: in all ticks of a recording, or in none
+  kMarkFelt = 32      ///< DrivenInput::is_felt
 };
 
 /// Input of one tick of the core, and its state hash after it.
@@ -32,8 +35,17 @@ struct RecordedTick {
   double accepted_w[6] = {};  ///< force and torque that acted on the device since the tick before
   double twist_w[6] = {};     ///< of the grip point, m/s and rad/s
   std::uint64_t state_hash = 0;
-  std::uint64_t marks = 0;  ///< TickMark
+  std::uint64_t marks = 0;     ///< TickMark
+  std::int64_t driven_ns = 0;  ///< DrivenInput::now_ns
 };
+
+/// The newest pose of a driven part from one tick on, as the core was given it (DrivenInput).
+struct GivenPose {
+  std::uint64_t tick = 0;    ///< place of that tick in the recording
+  std::uint64_t driven = 0;  ///< place of the part in PartScenes::driven()
+  FrameRecord record;
+};
+static_assert(sizeof(GivenPose) == 15 * 8);
 
 /// That of an input of the core; marked for nothing that is before it.
 [[nodiscard]] RecordedTick recorded_tick(const StepInput& input, std::uint64_t state_hash);
@@ -48,19 +60,24 @@ struct RecordedTick {
 /// orientation, hash; the accepted wrench where there is one; twist and marks where a tick is
 /// marked for a reset after the first, a twist or a clutch), each but the hash as the difference to
 /// what goes on straight from the two ticks before, its sign in the lowest bit; of a column first
-/// all lowest bytes, then the next. Motions become small numbers, which zip well.
-[[nodiscard]] std::vector<std::byte> recording_bytes(std::span<const RecordedTick> ticks);
+/// all lowest bytes, then the next. Motions become small numbers, which zip well. Of a session with
+/// driven parts each tick also has their clock and 1 where the hand feels them, and the poses that
+/// they were `given` follow in the same way: their number, then a column for each word of
+/// GivenPose.
+[[nodiscard]] std::vector<std::byte> recording_bytes(std::span<const RecordedTick> ticks,
+                                                     std::span<const GivenPose> given = {});
 
 /// The page that belongs to this program.
 /// @throws OsError  it has not been built; the text says what to run and to install.
 [[nodiscard]] std::string read_page();
 
-/// `page` with the scene, the ticks, none for a page by hand alone, and what the scene shows in
-/// words, which may be empty. It connects to nothing.
+/// `page` with the scene, the ticks, none for a page by hand alone, what the scene shows in words,
+/// which may be empty, and the poses that driven parts were given. It connects to nothing.
 /// @throws InputError  it is no page of this version.
 [[nodiscard]] std::string filled_page(const std::string& page, const SceneView& scene,
                                       std::span<const RecordedTick> ticks,
-                                      std::string_view about = {});
+                                      std::string_view about = {},
+                                      std::span<const GivenPose> given = {});
 
 /// How a page follows a session that runs (tools/live/README.md).
 struct LivePage {

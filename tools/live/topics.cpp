@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/live/topics.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "rt_core/contact/contact_situation.hpp"
+#include "rt_core/scene/part_scenes.hpp"
+#include "tools/common/driven_shape.hpp"
 #include "tools/common/formatted.hpp"
 #include "tools/verdict/flag_names.hpp"
 
@@ -66,8 +69,27 @@ Json pose_message(const PoseNumbers& pose, std::uint64_t ns) {
            {{"position", vector_json(pose.p_m)}, {"orientation", quaternion_json(pose.q_xyzw)}}}};
 }
 
-/// The triangles of one body: of the moving one about its mesh frame, of the others in W.
-Json entity_of(const SceneView& scene, std::uint32_t body) {
+Json frame_message(const std::string& frame, const PoseNumbers& pose, std::uint64_t ns) {
+  return {{"timestamp", time_of(ns)},
+          {"parent_frame_id", "w"},
+          {"child_frame_id", frame},
+          {"translation", vector_json(pose.p_m)},
+          {"rotation", quaternion_json(pose.q_xyzw)}};
+}
+
+/// Red, green, blue, opacity.
+using Colour = std::array<double, 4>;
+constexpr Colour kHeldColour = {0.3, 0.53, 0.71, 1.0}, kFixedColour = {0.76, 0.79, 0.82, 0.6},
+                 kDrivenColour = {0.55, 0.5, 0.72, 0.6};
+
+/// Name, frame and colour of an entity.
+struct EntityLook {
+  std::string id, frame;
+  Colour colour;
+};
+
+/// The triangles of one body: of a moving one about its mesh frame, of the others in W.
+Json entity_of(const SceneView& scene, std::uint32_t body, const EntityLook& look) {
   const BodyRecord& record = scene.bodies()[body];
   Json points = Json::array();
   for (std::uint32_t p = 0; p < record.piece_count; ++p) {
@@ -85,14 +107,13 @@ Json entity_of(const SceneView& scene, std::uint32_t body) {
       }
     }
   }
-  const Json colour = body == 0 ? Json{{"r", 0.3}, {"g", 0.53}, {"b", 0.71}, {"a", 1.0}}
-                                : Json{{"r", 0.76}, {"g", 0.79}, {"b", 0.82}, {"a", 0.6}};
+  const Colour& c = look.colour;
+  const Json colour = {{"r", c[0]}, {"g", c[1]}, {"b", c[2]}, {"a", c[3]}};
   const Json origin = {{"position", vector_json(std::array{0.0, 0.0, 0.0})},
                        {"orientation", quaternion_json({0, 0, 0, 1})}};
-  const std::string name(scene.text(record.name_offset, record.name_bytes));
   return {{"timestamp", time_of(0)},
-          {"frame_id", body == 0 ? "part" : "w"},
-          {"id", std::to_string(body) + " " + name},
+          {"frame_id", look.frame},
+          {"id", look.id},
           {"lifetime", time_of(0)},
           {"frame_locked", true},
           {"metadata", Json::array()},
@@ -108,6 +129,10 @@ Json entity_of(const SceneView& scene, std::uint32_t body) {
                                       {"indices", Json::array()}}})},
           {"texts", Json::array()},
           {"models", Json::array()}};
+}
+
+std::string driven_frame(const PartScenes& parts, std::uint32_t driven) {
+  return "driven/" + std::string(parts.name(parts.driven()[driven].part));
 }
 
 std::string text_of(const Json& json) {
@@ -211,9 +236,28 @@ std::uint64_t topic_time_ns(const TickRecord& tick) {
 }
 
 std::string scene_message(const SceneView& scene) {
+  PartScenes parts;
+  const bool has_driven =
+      PartScenes::open(scene, parts) == RtStatus::kOk && !parts.driven().empty();
+  // In the scene of the part that is held at first no driven part stands, but where nothing else
+  // does.
+  SceneView held = scene;
+  if (has_driven && SceneView::open(parts.scene_of(0), held) != RtStatus::kOk) held = scene;
   Json entities = Json::array();
-  for (std::uint32_t body = 0; body < scene.bodies().size(); ++body)
-    entities.push_back(entity_of(scene, body));
+  for (std::uint32_t body = 0; body < held.bodies().size(); ++body) {
+    if (body > 0 && has_driven && !parts.meets_standing(0)) break;
+    const BodyRecord& record = held.bodies()[body];
+    const std::string name(held.text(record.name_offset, record.name_bytes));
+    entities.push_back(entity_of(held, body,
+                                 {std::to_string(body) + " " + name, body == 0 ? "part" : "w",
+                                  body == 0 ? kHeldColour : kFixedColour}));
+  }
+  for (std::uint32_t k = 0; has_driven && k < parts.driven().size(); ++k) {
+    SceneView shape;
+    if (!open_driven_shape(parts, k, shape)) continue;
+    const std::string frame = driven_frame(parts, k);
+    entities.push_back(entity_of(shape, 1, {frame, frame, kDrivenColour}));
+  }
   return text_of({{"deletions", Json::array()}, {"entities", std::move(entities)}});
 }
 
@@ -221,11 +265,7 @@ std::string tick_message(Topic topic, const TickRecord& tick, const GuideLegs& l
   const std::uint64_t ns = topic_time_ns(tick);
   switch (topic) {
     case Topic::kFrames:
-      return text_of({{"timestamp", time_of(ns)},
-                      {"parent_frame_id", "w"},
-                      {"child_frame_id", "part"},
-                      {"translation", vector_json(tick.proxy_wa.p_m)},
-                      {"rotation", quaternion_json(tick.proxy_wa.q_xyzw)}});
+      return text_of(frame_message("part", tick.proxy_wa, ns));
     case Topic::kPose:
       return text_of(pose_message(tick.device_wa, ns));
     case Topic::kFeltPose:
@@ -244,6 +284,21 @@ std::string tick_message(Topic topic, const TickRecord& tick, const GuideLegs& l
       break;
   }
   return {};
+}
+
+DrivenFrames::DrivenFrames(const SceneView& scene) {
+  PartScenes parts;
+  if (PartScenes::open(scene, parts) != RtStatus::kOk || parts.count() == 0) return;
+  for (std::uint32_t k = 0; k < parts.driven().size(); ++k)
+    names_.push_back(driven_frame(parts, k));
+}
+
+std::vector<std::string> DrivenFrames::messages(const TickRecord& tick,
+                                                std::span<const DrivenTick> driven) const {
+  std::vector<std::string> all;
+  for (std::size_t k = 0; k < std::min(names_.size(), driven.size()); ++k)
+    all.push_back(text_of(frame_message(names_[k], driven[k].felt_wa, topic_time_ns(tick))));
+  return all;
 }
 
 std::vector<std::string> LogTopic::messages(const TickRecord& tick) {

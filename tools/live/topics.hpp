@@ -3,8 +3,10 @@
 /// Topics, JSON schemas and messages for other viewers (Foxglove, Lichtblick, PlotJuggler). The
 /// MCAP file and the live server have them from here.
 ///
-/// /scene, foxglove.SceneUpdate, once: the fixed parts in frame "w", the moving one in "part".
-/// /tf, foxglove.FrameTransform: "part" in "w", where the part is felt.
+/// /scene, foxglove.SceneUpdate, once: the fixed parts in frame "w", the moving one in "part", each
+/// driven one in "driven/" and its name.
+/// /tf, foxglove.FrameTransform: "part" and the driven parts in "w", where they are felt; a message
+/// each.
 /// /pose, foxglove.PoseInFrame: where the device has the part.
 /// /felt_pose, foxglove.PoseInFrame: where it is felt.
 /// /wrench, haptic.Wrench: on the hand, about the grip point, W axes.
@@ -17,10 +19,12 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "rt_core/scene/scene_view.hpp"
+#include "tools/live/driven_tick.hpp"
 #include "tools/plan/guide_legs.hpp"
 #include "tools/verdict/tick_record.hpp"
 
@@ -61,6 +65,20 @@ struct TopicFacts {
 /// The message of one of kTickTopics; numbers have 17 digits. Of Topic::kGuide empty where the
 /// scene has no guide, of which `legs` are: then there is none.
 [[nodiscard]] std::string tick_message(Topic topic, const TickRecord& tick, const GuideLegs& legs);
+
+/// Topic::kFrames of the driven parts of a scene, in addition to tick_message.
+class DrivenFrames {
+ public:
+  DrivenFrames() = default;
+  explicit DrivenFrames(const SceneView& scene);
+
+  /// One for each of `driven`, in the order of PartScenes::driven(); of those that the scene has.
+  [[nodiscard]] std::vector<std::string> messages(const TickRecord& tick,
+                                                  std::span<const DrivenTick> driven) const;
+
+ private:
+  std::vector<std::string> names_;
+};
 
 /// Topic::kLog of a session: what is new since the tick before.
 class LogTopic {

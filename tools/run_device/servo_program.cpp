@@ -156,11 +156,14 @@ void tell_parts(const DeviceConfig& config, const SceneView& view) {
   PartScenes parts;
   if (PartScenes::open(view, parts) != RtStatus::kOk || parts.count() == 0) return;
   const std::string held(parts.name(0));
-  std::fprintf(
-      stderr,
-      "run_device: %s: the hand holds '%s' all through, and the other parts stand; to hold "
-      "one after another take host_sim run, the page, C or Python\n",
-      config.scene.c_str(), held.c_str());
+  const char* const others =
+      parts.driven().empty()
+          ? "the other parts stand; to hold one after another take host_sim run, the page, C or "
+            "Python"
+          : "the other parts stand, driven ones where they start; to hold one after another and "
+            "to drive parts take host_sim run, C or Python";
+  std::fprintf(stderr, "run_device: %s: the hand holds '%s' all through, and %s\n",
+               config.scene.c_str(), held.c_str(), others);
 }
 
 /// With gains that the simulated handle and the hand on it hold.

@@ -7,11 +7,12 @@ namespace haptic::tools {
 
 const char* flag_name(std::size_t bit) {
   constexpr const char* kNames[] = {
-      "first_tick",   "relocalised", "far_band",       "verdict_touching", "verdict_undecided",
-      "near_set_cut", "inexact",     "budget_used_up", "motion_exceeded",  "several_planes",
-      "bad_pose",     "recovery",    "saturated",      "clutched",         "proxy_limited",
-      "proxy_stuck",  "hooked",      "passivity",      "ramping",          "outside_envelope",
-      "behind",       "list_full",   "held",           "local_set_empty"};
+      "first_tick",     "relocalised", "far_band",       "verdict_touching", "verdict_undecided",
+      "near_set_cut",   "inexact",     "budget_used_up", "motion_exceeded",  "several_planes",
+      "bad_pose",       "recovery",    "saturated",      "clutched",         "proxy_limited",
+      "proxy_stuck",    "hooked",      "passivity",      "ramping",          "outside_envelope",
+      "behind",         "list_full",   "held",           "driven_behind",    "driven_lost",
+      "local_set_empty"};
   static_assert(std::size(kNames) == kFlagCount);
   return bit < std::size(kNames) ? kNames[bit] : "unknown";
 }

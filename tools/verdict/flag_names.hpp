@@ -12,8 +12,8 @@
 namespace haptic::tools {
 
 /// Flag of a tick of the literal method, beyond those of the core: no applicable node was left.
-inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagHeld << 1;
-inline constexpr std::size_t kFlagCount = 24;
+inline constexpr std::uint32_t kFlagLocalSetEmpty = kFlagDrivenLost << 1;
+inline constexpr std::size_t kFlagCount = 26;
 static_assert(kFlagLocalSetEmpty == 1u << (kFlagCount - 1));
 
 /// Name of a bit, e.g. "relocalised".

@@ -93,6 +93,8 @@ RtStatus ViewCore::open(std::span<const std::byte> blob) {
   if (opened != RtStatus::kOk) return opened;
   const RtStatus created = create();
   if (created != RtStatus::kOk) return created;
+  list_state();
+  newest_ = {};
   legs_ = tools::GuideLegs(view_);
   judge_ = tools::SessionJudge(view_);
   scene = {};
@@ -195,6 +197,7 @@ void ViewCore::step() {
 void ViewCore::reset() {
   result = {};
   if (parts_ == nullptr) return core_->reset();
+  newest_ = {};
   // Each part at its start; the memory is the same, so what was saved of the first part fits.
   static_cast<void>(parts_->begin());
   core_ = &parts_->hand.core();
@@ -226,24 +229,28 @@ void ViewCore::describe_verdict() {
 
 void ViewCore::describe_pieces() {
   answer.clear();
+  constexpr double kNoShift_m[3] = {0, 0, 0};
   for (std::uint32_t k = 0; k < shown_->pieces().size(); ++k) {
-    const PieceView piece = shown_->piece(k);
-    const std::uint32_t body = piece.record->body;
-    answer.counts.insert(answer.counts.end(), {body, piece.vertex_count, piece.face_count});
-    for (std::uint32_t f = 0; f < piece.face_count; ++f) {
-      const auto corners = piece.face_vertices(f);
-      const std::int32_t source = piece.faces[f].source_face;
-      answer.counts.push_back(source < 0 ? kNone : static_cast<std::uint32_t>(source));
-      answer.counts.push_back(static_cast<std::uint32_t>(corners.size()));
-      for (const std::uint16_t v : corners) answer.counts.push_back(v);
-    }
-    const double* reference = shown_->bodies()[body].reference_m;
-    for (std::uint32_t v = 0; v < piece.vertex_count; ++v) {
-      for (int axis = 0; axis < 3; ++axis)
-        answer.numbers.push_back(static_cast<double>(piece.vertex(v)[axis]) +
-                                 (body == 0 ? 0.0 : reference[axis]));
-    }
+    const std::uint32_t body = shown_->pieces()[k].body;
+    if (body != 0 && !meets_standing()) continue;
+    add_piece(*shown_, k, body, body == 0 ? kNoShift_m : shown_->bodies()[body].reference_m);
   }
+}
+
+void ViewCore::add_piece(const SceneView& in, std::uint32_t piece, std::uint32_t shown,
+                         const double* shift_m) {
+  const PieceView view = in.piece(piece);
+  answer.counts.insert(answer.counts.end(), {shown, view.vertex_count, view.face_count});
+  for (std::uint32_t f = 0; f < view.face_count; ++f) {
+    const auto corners = view.face_vertices(f);
+    const std::int32_t source = view.faces[f].source_face;
+    answer.counts.push_back(source < 0 ? kNone : static_cast<std::uint32_t>(source));
+    answer.counts.push_back(static_cast<std::uint32_t>(corners.size()));
+    for (const std::uint16_t v : corners) answer.counts.push_back(v);
+  }
+  for (std::uint32_t v = 0; v < view.vertex_count; ++v)
+    for (int axis = 0; axis < 3; ++axis)
+      answer.numbers.push_back(static_cast<double>(view.vertex(v)[axis]) + shift_m[axis]);
 }
 
 std::vector<std::uint32_t> ViewCore::held_pairs() const {
@@ -255,6 +262,8 @@ std::vector<std::uint32_t> ViewCore::held_pairs() const {
 
 std::vector<std::uint32_t> ViewCore::near_pairs() {
   std::vector<std::uint32_t> pairs = held_pairs();
+  // Its pairs are those of driven parts where these start, not where they are.
+  if (!meets_standing()) return {};
   if (result.has_goal_contact == 0) {
     if (!nearby_) nearby_.emplace(*shown_, kNearby);
     std::size_t too_large = 0;
@@ -475,9 +484,11 @@ void ViewCore::describe_marked(std::uint32_t index, std::uint32_t node) {
 
 std::string layout_text() {
   const ViewInput in;
+  const ViewDrive drive;
   const ViewScene facts;
   std::string text;
 #define HAPTIC_VIEW_IN(member) text += member_line("input", in, #member, in.member)
+#define HAPTIC_VIEW_DRIVE(member) text += member_line("drive", drive, #member, drive.record.member)
 #define HAPTIC_VIEW_SCENE(member) text += member_line("scene", facts, #member, facts.member)
   HAPTIC_VIEW_IN(p_wa_m);
   HAPTIC_VIEW_IN(q_wa_xyzw);
@@ -490,6 +501,15 @@ std::string layout_text() {
   HAPTIC_VIEW_IN(clutched);
   HAPTIC_VIEW_IN(switches);
   HAPTIC_VIEW_IN(report_goal_contact);
+  HAPTIC_VIEW_DRIVE(number);
+  HAPTIC_VIEW_DRIVE(stamp_ns);
+  HAPTIC_VIEW_DRIVE(p_m);
+  HAPTIC_VIEW_DRIVE(q_xyzw);
+  HAPTIC_VIEW_DRIVE(fastest_m_per_s);
+  HAPTIC_VIEW_DRIVE(fastest_rad_per_s);
+  HAPTIC_VIEW_DRIVE(late_ns);
+  HAPTIC_VIEW_DRIVE(stands);
+  text += member_line("drive", drive, "driven", drive.driven);
   text += tick_lines("result", 0);
   HAPTIC_VIEW_SCENE(k_t_n_per_m);
   HAPTIC_VIEW_SCENE(k_r_nm_per_rad);
@@ -516,7 +536,12 @@ std::string layout_text() {
   text += member_line("live", live, "hand_stamp", live.hand_stamp);
   text += member_line("live", live, "is_over", live.is_over);
   text += member_line("live", live, "knows_felt", live.knows_felt);
+  text += member_line("live", live, "driven_count", live.driven_count);
+  // Doubles alone.
+  text += "live driven " + std::to_string(offsetof(tools::LiveState, driven)) + " f64 " +
+          std::to_string(kMostDriven * tools::kDrivenTickNumbers) + '\n';
 #undef HAPTIC_VIEW_IN
+#undef HAPTIC_VIEW_DRIVE
 #undef HAPTIC_VIEW_SCENE
   return text;
 }

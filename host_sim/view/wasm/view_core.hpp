@@ -4,6 +4,7 @@
 /// is drawn. The page reads the structures below by the layout that this module states itself
 /// (layout_text), so no offset is written down twice.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -48,6 +49,12 @@ struct ViewScene {
   std::uint32_t scalar_bytes = 0;
 };
 
+/// A pose that the owner of a driven part gives it.
+struct ViewDrive {
+  FrameRecord record;
+  std::uint64_t driven = 0;  ///< number of the part in PartScenes::driven()
+};
+
 /// Lists of an answer; each function below says what it puts there.
 struct ViewAnswer {
   std::vector<double> numbers;
@@ -87,6 +94,11 @@ class ViewCore {
 
   /// One tick of `input` into `result`. Only after kOk of open().
   void step();
+  /// `drive` is the newest pose of its driven part from now on.
+  void give();
+  /// One tick of the driven parts, before each step of a scene that has them: they follow the poses
+  /// that they were given; those that were given none stay where they are (PartHand::follow).
+  void follow(std::int64_t now_ns, bool is_felt);
   /// A fresh start; of a scene with parts with each of them where it starts.
   void reset();
   /// The hand lets go of what it holds, and then takes `part`. kHoldWaits: step on, and ask again.
@@ -96,8 +108,11 @@ class ViewCore {
   /// The verdict begins with the next tick.
   void begin_verdict() noexcept { judge_.reset(); }
 
-  /// All mutable memory of the core: a copy put back later continues from there.
-  [[nodiscard]] std::span<std::byte> state() noexcept { return state_; }
+  /// All mutable memory of the core, in pieces: a copy put back later in its place continues from
+  /// there. Of a scene with driven parts also that of the hand and of their law.
+  [[nodiscard]] std::span<const std::span<std::byte>> state() const noexcept {
+    return state_pieces_;
+  }
 
   // The answers that follow replace the one before.
 
@@ -111,6 +126,12 @@ class ViewCore {
   /// cut made it), corners and their vertices; numbers its vertices, of the part in A's axes about
   /// the grip point, of others in W [m].
   void describe_pieces();
+  /// For each driven part counts 1 where it touches the part that is held, and 1 where its stream
+  /// is lost; numbers its DrivenTick; text: names, a line each. Empty: the scene has none.
+  void describe_driven();
+  /// As describe_pieces, with the number of the driven part in place of the body and vertices about
+  /// its mesh frame.
+  void describe_driven_pieces();
   /// text: where on the plan of the guide the part is and which contact comes next
   /// (tools/plan/guide_legs.hpp); empty where the scene has no guide.
   void describe_guide();
@@ -144,6 +165,7 @@ class ViewCore {
   void describe_marked(std::uint32_t pair, std::uint32_t node);
 
   ViewInput input;
+  ViewDrive drive;
   tools::TickRecord result;  ///< of the last tick, with what is felt
   ViewScene scene;
   ViewAnswer answer;
@@ -151,6 +173,11 @@ class ViewCore {
  private:
   [[nodiscard]] RtStatus create();
   void show_scene();
+  void list_state();
+  /// Counts and numbers of a piece: `shown` stands for its body.
+  void add_piece(const SceneView& in, std::uint32_t piece, std::uint32_t shown,
+                 const double* shift_m);
+  [[nodiscard]] bool meets_standing() const;
   /// Pairs of the planes that hold the part.
   [[nodiscard]] std::vector<std::uint32_t> held_pairs() const;
   [[nodiscard]] std::vector<std::uint32_t> near_pairs();
@@ -165,6 +192,8 @@ class ViewCore {
   tools::GuideLegs legs_;
   std::unique_ptr<std::byte, Free> memory_;
   std::span<std::byte> state_;
+  std::vector<std::span<std::byte>> state_pieces_;  ///< of the state
+  std::array<FrameRecord, kMostDriven> newest_{};   ///< poses of driven parts
   HapticCore* core_ = nullptr;
   tools::SessionJudge judge_;
   Pose felt_wa_;
@@ -174,7 +203,7 @@ class ViewCore {
   ContactGeometry contact_;
 };
 
-/// A line for each member of the structures input, result, scene and live (LiveState of
+/// A line for each member of the structures input, drive, result, scene and live (LiveState of
 /// tools/live/live_state.hpp, the message of a live session): structure, name, offset, type (f64,
 /// i64, u64, u32), count, with blanks between. Names of result and live are those of kTickFields.
 [[nodiscard]] std::string layout_text();

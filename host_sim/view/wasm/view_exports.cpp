@@ -61,11 +61,18 @@ HAPTIC_EXPORT(view_layout) const char* view_layout() {
 }
 
 HAPTIC_EXPORT(view_input) void* view_input() { return &core().input; }
+HAPTIC_EXPORT(view_drive) void* view_drive() { return &core().drive; }
 HAPTIC_EXPORT(view_result) const void* view_result() { return &core().result; }
 HAPTIC_EXPORT(view_scene) const void* view_scene() { return &core().scene; }
 
 HAPTIC_EXPORT(view_step) void view_step() {
   if (is_open) core().step();
+}
+HAPTIC_EXPORT(view_give) void view_give() {
+  if (is_open) core().give();
+}
+HAPTIC_EXPORT(view_follow) void view_follow(std::int64_t now_ns, std::uint32_t is_felt) {
+  if (is_open) core().follow(now_ns, is_felt != 0);
 }
 HAPTIC_EXPORT(view_reset) void view_reset() {
   if (is_open) core().reset();
@@ -83,9 +90,15 @@ HAPTIC_EXPORT(view_begin_verdict) void view_begin_verdict() {
   if (is_open) core().begin_verdict();
 }
 
-HAPTIC_EXPORT(view_state) void* view_state() { return core().state().data(); }
-HAPTIC_EXPORT(view_state_bytes) std::uint32_t view_state_bytes() {
+/// Pieces of the state: how many, and place and size of each.
+HAPTIC_EXPORT(view_state_count) std::uint32_t view_state_count() {
   return static_cast<std::uint32_t>(core().state().size());
+}
+HAPTIC_EXPORT(view_state) void* view_state(std::uint32_t piece) {
+  return core().state()[piece].data();
+}
+HAPTIC_EXPORT(view_state_bytes) std::uint32_t view_state_bytes(std::uint32_t piece) {
+  return static_cast<std::uint32_t>(core().state()[piece].size());
 }
 
 HAPTIC_EXPORT(view_describe_scene) void view_describe_scene() {
@@ -93,6 +106,12 @@ HAPTIC_EXPORT(view_describe_scene) void view_describe_scene() {
 }
 HAPTIC_EXPORT(view_describe_parts) void view_describe_parts() {
   if (is_open) core().describe_parts();
+}
+HAPTIC_EXPORT(view_describe_driven) void view_describe_driven() {
+  if (is_open) core().describe_driven();
+}
+HAPTIC_EXPORT(view_describe_driven_pieces) void view_describe_driven_pieces() {
+  if (is_open) core().describe_driven_pieces();
 }
 HAPTIC_EXPORT(view_describe_guide) void view_describe_guide() {
   if (is_open) core().describe_guide();

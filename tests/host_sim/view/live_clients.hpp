@@ -216,6 +216,7 @@ struct TestChunk {
   ChunkHead head;
   LiveState state;
   std::vector<LiveTick> ticks;
+  std::vector<GivenPose> given;
 };
 inline TestChunk chunk_of(const std::string& message) {
   TestChunk chunk;
@@ -224,9 +225,12 @@ inline TestChunk chunk_of(const std::string& message) {
   std::memcpy(&chunk.state, message.data() + sizeof chunk.head, sizeof chunk.state);
   chunk.ticks.resize(chunk.head.ticks);
   const std::size_t at = sizeof chunk.head + sizeof chunk.state;
-  if (message.size() != at + chunk.ticks.size() * sizeof(LiveTick)) return {};
-  if (!chunk.ticks.empty())
-    std::memcpy(chunk.ticks.data(), message.data() + at, message.size() - at);
+  chunk.given.resize(chunk.head.given);
+  const std::size_t of_ticks = chunk.ticks.size() * sizeof(LiveTick);
+  const std::size_t of_given = chunk.given.size() * sizeof(GivenPose);
+  if (message.size() != at + of_ticks + of_given) return {};
+  if (of_ticks > 0) std::memcpy(chunk.ticks.data(), message.data() + at, of_ticks);
+  if (of_given > 0) std::memcpy(chunk.given.data(), message.data() + at + of_ticks, of_given);
   return chunk;
 }
 

@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// mcap_read.mjs PACKAGES MCAP CSV: an MCAP file of `host_sim run`, read by the format's official package (@mcap/core), holds the
-// ticks of the run's CSV: counts, order, times, schemas and values, those of a guide where there is one. Exit code 1 where it does not.
+// mcap_read.mjs PACKAGES MCAP CSV [DRIVEN]: an MCAP file of `host_sim run`, read by the format's official package (@mcap/core), holds the
+// ticks of the run's CSV: counts, order, times, schemas and values, those of a guide where there is one, and those of driven parts by
+// DRIVEN, a run's driven.csv. Exit code 1 where it does not.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 
-const [packages, mcap, csv] = process.argv.slice(2);
+const [packages, mcap, csv, drivenCsv] = process.argv.slice(2);
 const { McapStreamReader } = createRequire(join(packages, "x.js"))("@mcap/core");
 
-const [head, ...lines] = readFileSync(csv, "utf8").trim().split("\n");
-const columns = head.split(",");
 /** Words between commas; those in quotation marks may hold commas. */
 const words = (line) => [...line.matchAll(/"([^"]*)"|([^,"]+)/g)].map(([, quoted, plain]) => quoted ?? plain);
-const rows = lines.map((line) => Object.fromEntries(words(line).map((word, k) => [columns[k], word])));
+function table(path) {
+  const [head, ...lines] = readFileSync(path, "utf8").trim().split("\n");
+  const columns = head.split(",");
+  return { columns, rows: lines.map((line) => Object.fromEntries(words(line).map((word, k) => [columns[k], word]))) };
+}
+const { columns, rows } = table(csv);
+const driven = drivenCsv ? table(drivenCsv).rows : [];
+const drivenFrames = [...new Set(driven.map(({ part }) => `driven/${part}`))];
 
 const reader = new McapStreamReader({ validateCrcs: true });
 reader.append(readFileSync(mcap));
@@ -39,13 +45,16 @@ for (let record; (record = reader.nextRecord()); ) {
 }
 assert.ok(reader.done() && reader.bytesRemaining() === 0, "the file is not whole");
 
+const transforms = new Map(["part", ...drivenFrames].map((frame) => [frame, []]));
+for (const message of messages.get("/tf")) transforms.get(message.value.child_frame_id).push(message);
+messages.set("/tf", transforms.get("part"));
 for (const topic of ["/tf", "/pose", "/felt_pose", "/wrench", "/contact", "/counters"])
   assert.equal(messages.get(topic).length, rows.length, topic);
 const isGuided = columns.includes("guide_place");
 assert.equal(messages.get("/guide").length, isGuided ? rows.length : 0);
 assert.equal(messages.get("/scene").length, 1);
 const { entities } = messages.get("/scene")[0].value;
-assert.deepEqual(entities.map((entity) => entity.frame_id), ["part", "w"]);
+assert.deepEqual(entities.map((entity) => entity.frame_id), ["part", "w", ...drivenFrames]);
 for (const entity of entities) {
   const { points } = entity.triangles[0];
   assert.ok(points.length >= 36 && points.length % 3 === 0);
@@ -67,6 +76,15 @@ rows.forEach((row, k) => {
   assert.deepEqual([state, place], [row.guide, row.guide_place]);
   assert.deepEqual([led.x, led.y, led.z], [row.guide_fx_n, row.guide_fy_n, row.guide_fz_n].map(Number));
 });
+const ofFrame = new Map(drivenFrames.map((frame) => [frame, 0]));
+for (const row of driven) {
+  const frame = `driven/${row.part}`, k = ofFrame.get(frame);
+  const { translation, rotation } = transforms.get(frame)[k].value;
+  assert.deepEqual([translation.x, translation.y, translation.z], [row.felt_x_m, row.felt_y_m, row.felt_z_m].map(Number));
+  assert.deepEqual([rotation.x, rotation.y, rotation.z, rotation.w], [row.felt_qx, row.felt_qy, row.felt_qz, row.felt_qw].map(Number));
+  ofFrame.set(frame, k + 1);
+}
+for (const [frame, count] of ofFrame) assert.deepEqual([count, transforms.get(frame).length], [rows.length, rows.length]);
 if (isGuided) assert.ok(rows.some((row) => /^\d of \d+: .+, then .+$/.test(row.guide_place)), "nobody is told which contact comes next");
 const changes = rows.filter((row, k) => row.state !== (k > 0 ? rows[k - 1].state : "none")).length;
 assert.equal(messages.get("/log").filter(({ value }) => value.level === 2).length, changes);

@@ -233,22 +233,33 @@ test("drawing: coarser where pictures are slow, finer again after a while, never
   assert.deepEqual([processor.moving, processor.resting], [1, 2]);
 });
 
-/** A recording of rows of words (bigint): stamp, position, orientation, hash, and six more where there are. */
-function recordingOf(rows) {
-  const columns = rows[0].length, ticks = rows.length;
-  const bytes = new Uint8Array(16 + 8 * columns * ticks);
-  bytes.set(new TextEncoder().encode("RTVIEW3\0"));
-  const head = new DataView(bytes.buffer);
-  head.setUint32(8, ticks, true);
-  head.setUint32(12, columns > 15 ? 3 : columns > 9 ? 1 : 0, true);
+/** A recording of rows of words (bigint): stamp, position, orientation, hash, and six more where there are; with clock and feeling of
+ *  driven parts at the end of each row where these were `given` poses. */
+function recordingOf(rows, given) {
+  const columns = rows[0].length - (given ? 2 : 0);
+  const head = new DataView(new ArrayBuffer(16));
+  new Uint8Array(head.buffer).set(new TextEncoder().encode("RTVIEW3\0"));
+  head.setUint32(8, rows.length, true);
+  head.setUint32(12, (columns > 15 ? 3 : columns > 9 ? 1 : 0) | (given ? 4 : 0), true);
+  const parts = [new Uint8Array(head.buffer), columnsOf(rows, 8)];
+  if (given) parts.push(new Uint8Array(new BigUint64Array([BigInt(given.length)]).buffer), columnsOf(given, -1));
+  return new Uint8Array(Buffer.concat(parts));
+}
+/** Words of a pose that a driven part was given: tick, part, record. */
+const givenWords = (tick, driven, number) => [
+  BigInt(tick), BigInt(driven), BigInt(number), 7000n, ...[1, 2, 3, 0, 0, 0.6, 0.8, 0, 0].map((x) => wordOf(x)), 5n, 1n];
+/** Rows of words as columns, as in a recording. */
+function columnsOf(rows, plain) {
+  const columns = rows[0].length;
+  const bytes = new Uint8Array(8 * columns * rows.length);
   for (let column = 0; column < columns; ++column) {
     rows.forEach((row, k) => {
       const before = rows[k - 1]?.[column] ?? 0n, beforeThat = rows[k - 2]?.[column] ?? 0n;
       const difference = BigInt.asIntN(64, row[column] - 2n * before + beforeThat);
       const folded = difference < 0n ? -2n * difference - 1n : 2n * difference;
-      const word = BigInt.asUintN(64, column === 8 ? row[column] : folded);
+      const word = BigInt.asUintN(64, column === plain ? row[column] : folded);
       for (let byte = 0; byte < 8; ++byte)
-        bytes[16 + (8 * column + byte) * ticks + k] = Number((word >> BigInt(8 * byte)) & 255n);
+        bytes[(8 * column + byte) * rows.length + k] = Number((word >> BigInt(8 * byte)) & 255n);
     });
   }
   return bytes;
@@ -281,6 +292,19 @@ test("recording: every bit comes back; what is damaged is refused in words", () 
   assert.deepEqual([0, 1, 2, 3, 4].map((k) => device.clutched(k)), [false, false, false, true, true]);
   assert.deepEqual(device.twist(2), [9, 10, 11, 12, 13, 14]);
   assert.equal(device.twist(3), undefined);
+  const driven = recordingOf(
+    rows.map((row, k) => [...row, BigInt(2000 * k), k === 3 ? 0n : 1n]),
+    [givenWords(1, 0, 4), givenWords(3, 0, 5), givenWords(3, 1, 1)],
+  );
+  const led = new Recording(driven);
+  assert.deepEqual([recording.hasDriven, led.hasDriven, led.hash(4)], [false, true, rows[4][8]]);
+  assert.deepEqual([led.drivenNs(2), led.feelsDriven(2), led.feelsDriven(3)], [4000n, true, false]);
+  assert.deepEqual([0, 1, 2, 3].map((k) => led.given(k).map(({ driven, number }) => [driven, number])), [[], [[0n, 4n]], [], [[0n, 5n], [1n, 1n]]]);
+  assert.deepEqual(led.given(1)[0], {
+    driven: 0n, number: 4n, stamp_ns: 7000n, p_m: [1, 2, 3], q_xyzw: [0, 0, 0.6, 0.8], fastest_m_per_s: 0, fastest_rad_per_s: 0,
+    late_ns: 5n, stands: 1n,
+  });
+  assert.throws(() => new Recording(driven.slice(0, -1)), DamagedPage);
   assert.throws(() => new Recording(longer.slice(0, -1)), DamagedPage);
   assert.throws(() => new Recording(bytes.slice(0, 50)), DamagedPage);
   assert.throws(() => new Recording(bytes.slice(0, 5)), DamagedPage);
@@ -320,22 +344,26 @@ const kLiveLayout = {
 };
 const kStateBytes = 40;
 
-/** A message of the live server with `count` ticks from `first` on; those in `resets` start again. */
-function chunkOf(first, count, written, resets = []) {
-  const view = new DataView(new ArrayBuffer(24 + kStateBytes + 184 * count));
-  view.setUint32(0, 0x32564c48, true);
+/** A message of the live server with `count` ticks from `first` on; those in `resets` start again. `given`: words of poses. */
+function chunkOf(first, count, written, resets = [], given = []) {
+  const end = 32 + kStateBytes + 208 * count;
+  const view = new DataView(new ArrayBuffer(end + 120 * given.length));
+  view.setUint32(0, 0x33564c48, true);
   view.setUint32(4, count, true);
   view.setBigUint64(8, BigInt(first), true);
   view.setBigUint64(16, BigInt(written), true);
-  view.setFloat64(24, 5, true);  // force along x
-  view.setUint32(24 + 32, 3, true);  // situation
+  view.setBigUint64(24, BigInt(given.length), true);
+  given.forEach((words, k) => words.forEach((word, i) => view.setBigUint64(end + 120 * k + 8 * i, word, true)));
+  view.setFloat64(32, 5, true);  // force along x
+  view.setUint32(32 + 32, 3, true);  // situation
   for (let k = 0; k < count; ++k) {
-    const at = 24 + kStateBytes + 184 * k;
+    const at = 32 + kStateBytes + 208 * k;
     [1, 2, 3, 0, 0, 0, 1, 7].forEach((value, i) => view.setFloat64(at + 8 + 8 * i, value, true));
     view.setFloat64(at + 112 + 40, 9, true);  // turn about z
     view.setBigUint64(at + 160, BigInt(first + k), true);
-    view.setBigUint64(at + 168, resets.includes(first + k) ? 7n : 2n, true);
-    view.setBigUint64(at + 176, BigInt(100 + k), true);
+    view.setBigUint64(at + 168, (resets.includes(first + k) ? 7n : 2n) | (given.length > 0 ? 48n : 0n), true);
+    view.setBigUint64(at + 176, BigInt(1000 * k), true);
+    view.setBigUint64(at + 184, BigInt(100 + k), true);
   }
   return view.buffer;
 }
@@ -354,6 +382,11 @@ test("live: a message is read, one that is cut or foreign is not", () => {
   assert.throws(() => new Chunk(chunkOf(4, 2, 9).slice(0, 400), kLiveLayout), /load the page again/);
   assert.throws(() => new Chunk(new ArrayBuffer(10), kLiveLayout), /load the page again/);
   assert.throws(() => new Chunk(new ArrayBuffer(72), kLiveLayout), /load the page again/);
+  assert.deepEqual([chunk.driven(0), chunk.given(0)], [undefined, []]);
+  const driven = new Chunk(chunkOf(4, 2, 9, [], [givenWords(5, 1, 3), givenWords(5, 0, 8)]), kLiveLayout);
+  assert.deepEqual(driven.driven(1), { now_ns: 1000n, isFelt: true });
+  assert.deepEqual([driven.given(0), driven.given(1).map(({ driven, number }) => [driven, number])], [[], [[1n, 3n], [0n, 8n]]]);
+  assert.throws(() => new Chunk(chunkOf(4, 2, 9, [], [givenWords(5, 1, 3)]).slice(0, -8), kLiveLayout), /load the page again/);
   assert.equal(new DataView(askMessage(7)).getBigUint64(8, true), 7n);
   const hand = new DataView(handMessage({ p: [1, 2, 3], q: [0, 0, 0.6, 0.8] }, 99));
   assert.deepEqual([8, 24, 56, 64].map((at) => hand.getFloat64(at, true)), [1, 3, 0.8, 99]);

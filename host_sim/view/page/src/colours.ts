@@ -12,6 +12,10 @@ export interface Colours {
   felt: string;
   feltEdge: string;
   device: string;
+  /** a part that its owner moves; its edges, and where its owner has it */
+  driven: string;
+  drivenEdge: string;
+  commanded: string;
   force: string;
   torque: string;
   /** force that leads the hand along the plan */
@@ -35,6 +39,9 @@ export const kLight: Colours = {
   felt: "#4c86b5",
   feltEdge: "#173a55",
   device: "#7a5a00",
+  driven: "#9a8cc4",
+  drivenEdge: "#3d2f66",
+  commanded: "#6a3fb5",
   force: "#d55e00",
   torque: "#0061a8",
   guide: "#00795a",
@@ -53,6 +60,9 @@ export const kDark: Colours = {
   felt: "#5a9ccf",
   feltEdge: "#d4ebfb",
   device: "#f0e442",
+  driven: "#8577b8",
+  drivenEdge: "#ddd4fb",
+  commanded: "#b79bff",
   force: "#ff8a3d",
   torque: "#7cc4ff",
   guide: "#4fd6a8",

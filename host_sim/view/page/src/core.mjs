@@ -32,6 +32,26 @@ export function bytesOf(members) {
   return Object.values(members).reduce((bytes, { type, count }) => bytes + count * /** @type {any} */ (kReaders)[type].bytes, 0);
 }
 
+/** Numbers of a driven part (DrivenTick of tools/live/driven_tick.hpp). */
+const kDrivenNumbers = 22;
+/** A part that its owner moves: where the owner has it, where it is, how far it is behind, and what pushes it.
+ *  @typedef {{p: [number, number, number], q: [number, number, number, number]}} Pose
+ *  @typedef {{commanded: Pose, felt: Pose, lag_m: number, lag_rad: number, push_n: number[], push_nm: number[]}} DrivenTick
+ *  @typedef {DrivenTick & {name: string, touches: boolean, isLost: boolean}} Driven */
+/** @param {ArrayLike<number>} numbers  of all driven parts @param {number} k @returns {DrivenTick} */
+export function drivenTick(numbers, k) {
+  const at = (/** @type {number} */ begin, /** @type {number} */ count) =>
+    /** @type {any} */ (Array.from({ length: count }, (_, i) => numbers[kDrivenNumbers * k + begin + i]));
+  return {
+    commanded: { p: at(0, 3), q: at(3, 4) },
+    felt: { p: at(7, 3), q: at(10, 4) },
+    lag_m: at(14, 1)[0],
+    lag_rad: at(15, 1)[0],
+    push_n: at(16, 3),
+    push_nm: at(19, 3),
+  };
+}
+
 /** A scene that the core refuses, in words for people. */
 export class SceneRefused extends Error {}
 
@@ -47,7 +67,7 @@ export class Core {
     this.wasm = exports;
     exports._initialize();
     /** @type {Record<string, Record<string, Member>>} */
-    this.layout = { input: {}, result: {}, scene: {}, live: {} };
+    this.layout = { input: {}, drive: {}, result: {}, scene: {}, live: {} };
     for (const line of this.text(exports.view_layout()).trim().split("\n")) {
       const [structure, name, offset, type, count] = line.split(" ");
       this.layout[structure][name] = { offset: Number(offset), type, count: Number(count) };
@@ -94,19 +114,41 @@ export class Core {
     return new Float64Array(this.wasm.memory.buffer.slice(at, at + 8 * member.count));
   }
 
-  /** @param {Fields} fields  those that change */
-  write(fields) {
-    const at = this.wasm.view_input();
+  /** @param {Fields} fields  those that change @param {"input" | "drive"} [structure] */
+  write(fields, structure = "input") {
+    const at = this.wasm[`view_${structure}`]();
     const view = new DataView(this.wasm.memory.buffer);
     for (const [name, value] of Object.entries(fields)) {
-      const member = this.layout.input[name];
-      if (!member) throw new Error(`the core's input has no '${name}'`);
+      const member = this.layout[structure][name];
+      if (!member) throw new Error(`the core's ${structure} has no '${name}'`);
       const reader = /** @type {any} */ (kReaders)[member.type];
       const values = Array.isArray(value) ? value : [value];
       values.forEach((v, k) => {
         /** @type {any} */ (view)[reader.set](at + member.offset + k * reader.bytes, v, true);
       });
     }
+  }
+
+  /** The newest pose of a driven part. @param {Fields} pose  all members of the structure "drive" */
+  give(pose) {
+    this.write(pose, "drive");
+    this.wasm.view_give();
+  }
+  /** Before a step: the driven parts follow their poses. @param {bigint} now_ns @param {boolean} isFelt */
+  follow(now_ns, isFelt) {
+    this.wasm.view_follow(now_ns, isFelt ? 1 : 0);
+  }
+  /** The parts that their owners move. @returns {Driven[]} */
+  driven() {
+    const { numbers, counts } = this.describe("driven");
+    if (counts.length === 0) return [];
+    const names = this.text(this.wasm.view_text()).trimEnd().split("\n");
+    return names.map((name, k) => ({
+      name,
+      ...drivenTick(numbers, k),
+      touches: counts[2 * k] === 1,
+      isLost: counts[2 * k + 1] === 1,
+    }));
   }
 
   step() {
@@ -155,12 +197,28 @@ export class Core {
 
   /** All mutable memory of the core. */
   save() {
-    const at = this.wasm.view_state();
-    return this.wasm.memory.buffer.slice(at, at + this.wasm.view_state_bytes());
+    const pieces = this.statePieces();
+    const state = new Uint8Array(pieces.reduce((bytes, piece) => bytes + piece.length, 0));
+    let at = 0;
+    for (const piece of pieces) {
+      state.set(piece, at);
+      at += piece.length;
+    }
+    return state.buffer;
   }
   /** Continues from a saved state of this scene. @param {ArrayBuffer} state */
   restore(state) {
-    new Uint8Array(this.wasm.memory.buffer).set(new Uint8Array(state), this.wasm.view_state());
+    let at = 0;
+    for (const piece of this.statePieces()) {
+      piece.set(new Uint8Array(state, at, piece.length));
+      at += piece.length;
+    }
+  }
+  /** Where they lie. @returns {Uint8Array[]} */
+  statePieces() {
+    const piece = (/** @type {number} */ k) =>
+      new Uint8Array(this.wasm.memory.buffer, this.wasm.view_state(k), this.wasm.view_state_bytes(k));
+    return Array.from({ length: this.wasm.view_state_count() }, (_, k) => piece(k));
   }
 
   /** The numbers of the last answer. */

@@ -3,13 +3,16 @@
 // live_board.hpp), and what of the ticks can be computed again and compared.
 import { bytesOf, fieldsAt } from "./core.mjs";
 import type { Pose, Quat, Vec } from "./messages";
+import { givenPose } from "./recording";
+import type { GivenPose } from "./recording";
 
 export const kLiveProtocol = "haptic.live.v1";
 
-const kMagic = 0x32564c48;
-const kHeadBytes = 24;
-const kTickBytes = 184;
-const kMarkReset = 1n, kMarkAccepted = 2n, kMarkTwist = 4n, kMarkClutched = 8n;
+const kMagic = 0x33564c48;
+const kHeadBytes = 32;
+const kTickBytes = 208;
+const kGivenBytes = 120;
+const kMarkReset = 1n, kMarkAccepted = 2n, kMarkTwist = 4n, kMarkClutched = 8n, kMarkDriven = 16n, kMarkFelt = 32n;
 /** A page that was up to date and is so far behind gives up the ticks between. */
 const kMostBehind = 2000;
 const kUpToDate = 100;
@@ -30,16 +33,27 @@ export class Chunk {
   readonly written: number;
   private readonly view: DataView;
   private readonly begin: number;
+  /** poses of driven parts, by tick */
+  private readonly givenAt = new Map<number, GivenPose[]>();
 
   constructor(bytes: ArrayBuffer, private readonly layout: LiveLayout) {
     this.view = new DataView(bytes);
     this.begin = kHeadBytes + bytesOf(layout);
     const whole = bytes.byteLength >= this.begin && this.view.getUint32(0, true) === kMagic;
     this.ticks = whole ? this.view.getUint32(4, true) : -1;
-    if (bytes.byteLength !== this.begin + this.ticks * kTickBytes)
+    const end = this.begin + this.ticks * kTickBytes;
+    const given = whole ? Number(this.view.getBigUint64(24, true)) : 0;
+    if (bytes.byteLength !== end + given * kGivenBytes)
       throw new Error("the server sent what this page cannot read; load the page again");
     this.first = Number(this.view.getBigUint64(8, true));
     this.written = Number(this.view.getBigUint64(16, true));
+    for (let k = 0; k < given; ++k) this.addGiven(bytes.slice(end + k * kGivenBytes, end + (k + 1) * kGivenBytes));
+  }
+
+  private addGiven(bytes: ArrayBuffer): void {
+    const words = new BigUint64Array(bytes);
+    const tick = Number(words[0]);
+    this.givenAt.set(tick, [...(this.givenAt.get(tick) ?? []), givenPose(words, new Float64Array(bytes), 0)]);
   }
 
   private doubles(at: number, count: number): number[] {
@@ -77,7 +91,17 @@ export class Chunk {
     return this.view.getBigUint64(this.at(k) + 168, true);
   }
   sequence(k: number): bigint {
-    return this.view.getBigUint64(this.at(k) + 176, true);
+    return this.view.getBigUint64(this.at(k) + 184, true);
+  }
+  /** Poses that driven parts were given in this tick for the first time. */
+  given(k: number): GivenPose[] {
+    return this.givenAt.get(this.first + k) ?? [];
+  }
+  /** Clock of the driven parts, and whether the hand feels what they do; undefined: the scene has none. */
+  driven(k: number): { now_ns: bigint; isFelt: boolean } | undefined {
+    const marks = this.marks(k);
+    if ((marks & kMarkDriven) === 0n) return undefined;
+    return { now_ns: this.view.getBigInt64(this.at(k) + 176, true), isFelt: (marks & kMarkFelt) !== 0n };
   }
   /** The core forgot before this tick all that was. */
   resets(k: number): boolean {

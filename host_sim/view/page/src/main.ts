@@ -19,7 +19,7 @@ import { openSpaceMouse } from "./space_mouse";
 import type { Hid } from "./space_mouse";
 import type { Side } from "./stage";
 import { Strips } from "./strips";
-import { flagTexts, isBound, lawText, lengthText, numberText, situationText } from "./words";
+import { drivenText, flagTexts, isBound, lawText, lengthText, numberText, situationText } from "./words";
 
 const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
 
@@ -87,6 +87,8 @@ function sameView(a: Picture, b: Picture): boolean {
     alike(a.torque, b.torque, kSame_n) &&
     alike(a.guide?.force ?? kNoForce, b.guide?.force ?? kNoForce, kSame_n) &&
     a.feltPlanes === b.feltPlanes &&
+    a.driven.length === b.driven.length &&
+    a.driven.every((one, k) => samePose(one.felt, b.driven[k].felt) && samePose(one.commanded, b.driven[k].commanded)) &&
     a.situation === b.situation &&
     a.obstacles.counts.length === b.obstacles.counts.length &&
     a.contacts.counts.length === b.contacts.counts.length &&
@@ -225,6 +227,7 @@ class Page {
     });
     element<HTMLButtonElement>("restart").disabled = element<HTMLButtonElement>("upright").disabled = !this.takesHand;
     this.bindParts(scene);
+    for (const one of document.querySelectorAll<HTMLElement>(".of-driven")) one.hidden = scene.driven === null;
     const time = element<HTMLInputElement>("time");
     time.max = String(Math.max(0, scene.recordedTicks - 1));
     time.disabled = element<HTMLButtonElement>("play").disabled = scene.recordedTicks === 0;
@@ -687,6 +690,11 @@ class Page {
     }
     set("verdict", picture.verdict.text);
     element("verdict").dataset.failed = String(picture.verdict.failed);
+    if (scene.driven) {
+      const { names } = scene.driven;
+      set("driven", picture.driven.map((one, k) => drivenText(names[k], one)).join("\n") || "not known");
+      document.body.dataset.driven = picture.driven.map(({ felt }) => felt.p.map((x) => (x * 1e3).toFixed(3)).join(" ")).join(";");
+    }
     const contacts = contactsOf(picture.contacts);
     const lines = contacts.map(
       (c) => `${scene.bodies[c.body]}, ${situationText(scene.situations[c.situation])}\n  ${c.ids.slice(0, 12).join(" ")}${c.ids.length > 12 ? " .." : ""}`,

@@ -27,6 +27,26 @@ export interface PartFacts {
   bodies: number[];
 }
 
+/** The parts that their owners move. */
+export interface DrivenFacts {
+  names: string[];
+  /** bodies by their numbers in `names`, vertices about their mesh frames */
+  pieces: Answer;
+  starts: Pose[];
+}
+
+/** A driven part: where its owner has it, where it is, how far it is behind, and what pushes it. */
+export interface DrivenPicture {
+  commanded: Pose;
+  felt: Pose;
+  lag_m: number;
+  lag_rad: number;
+  push_n: number[];
+  push_nm: number[];
+  /** its stream of poses is late, too fast or none; undefined: not known */
+  isLost?: boolean;
+}
+
 export interface SceneFacts {
   name: string;
   law: string;
@@ -47,6 +67,8 @@ export interface SceneFacts {
   pieces: Answer;
   /** null: the scene has one moving part */
   parts: PartFacts | null;
+  /** null: the scene has none */
+  driven: DrivenFacts | null;
   recordedTicks: number;
 }
 
@@ -84,6 +106,8 @@ export interface Picture {
   /** of the session so far; of a recording the whole of it */
   verdict: Verdict;
   feltPlanes: number;
+  /** in the order of the scene's driven parts */
+  driven: DrivenPicture[];
   obstacles: Answer;
   contacts: Answer;
   /** contact graph round the active pair */

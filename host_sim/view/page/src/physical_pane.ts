@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Physical space: the fixed parts, the part as it is felt, the device's part as a ghost, the contact, force and torque.
+// Physical space: the fixed parts, the part as it is felt, the device's part as a ghost, driven parts as they are felt and
+// where their owners have them, the contact, force and torque.
 import * as THREE from "three";
 import type { Colours } from "./colours";
 import { rotate } from "./hand";
@@ -15,6 +16,8 @@ import { numberText, roundBelow } from "./words";
 
 /** Where device and felt part are farther apart than this, the ghost is drawn [of the part's radius]. */
 const kGhostFrom = 2e-4;
+/** Where a driven part is farther behind its owner, the outline of where that has it is drawn [m]. */
+const kBehindFrom_m = 1e-4;
 /** An arrow a third of the part long is about the pull of the spring at this distance [of the part's radius] and turn. */
 const kShareOfArrow = 0.03;
 const kTurnOfArrow_rad = 0.03;
@@ -56,12 +59,18 @@ export class PhysicalPane extends Stage {
   private readonly fixed = new THREE.Group();
   private readonly felt = new THREE.Group();
   private readonly ghost = new THREE.Group();
+  /** by driven part: as it is felt, and where its owner has it */
+  private readonly driven = new THREE.Group();
+  private readonly commanded = new THREE.Group();
   private readonly fixedMaterial = new SolidMaterial(this.around, { isCut: true });
   private readonly fixedLines = new PlainMaterial(this.around.cut);
   private readonly feltMaterial = new SolidMaterial(this.around);
   private readonly feltLines = new PlainMaterial(null);
   private readonly ghostFill = new PlainMaterial(null, { opacity: 0.16 });
   private readonly ghostLines = new PlainMaterial(null, { opacity: 0.85, depthTest: false });
+  private readonly drivenMaterial = new SolidMaterial(this.around, { isCut: true });
+  private readonly drivenLines = new PlainMaterial(this.around.cut);
+  private readonly commandedLines = new PlainMaterial(null, { opacity: 0.6, depthTest: false });
   private readonly polygonFill = new PlainMaterial(null, { opacity: 0.45, depthTest: false });
   private readonly areas = new Positions();
   private readonly polygons = new THREE.Mesh(this.areas.geometry, this.polygonFill);
@@ -80,7 +89,7 @@ export class PhysicalPane extends Stage {
     super(canvas, overlay, colours, smooth);
     this.polygons.frustumCulled = false;
     this.polygons.renderOrder = 10;
-    this.scene.add(this.fixed, this.felt, this.ghost, this.polygons, this.lines, this.dots, this.arrows);
+    this.scene.add(this.fixed, this.driven, this.felt, this.ghost, this.commanded, this.polygons, this.lines, this.dots, this.arrows);
   }
 
   /** Of a scene that is shown already another part is in the hand: the view stays. */
@@ -110,6 +119,8 @@ export class PhysicalPane extends Stage {
       this.fixed.add(surface, new THREE.LineSegments(shape.edges, this.fixedLines));
     }
 
+    this.loadDriven(scene);
+
     const ofPart = boundsOf(part), all = boundsOf(fixed);
     this.partRadius = ofPart.getBoundingSphere(new THREE.Sphere()).radius;
     this.forceUnit = roundBelow(kShareOfArrow * scene.kT * this.partRadius);
@@ -118,6 +129,7 @@ export class PhysicalPane extends Stage {
       this.place(this.felt, scene.start);
       this.felt.updateMatrix();
       for (const face of part) for (const corner of face.corners) all.expandByPoint(vector(corner).applyMatrix4(this.felt.matrix));
+      all.expandByObject(this.driven);
       const sphere = all.getBoundingSphere(new THREE.Sphere());
       this.radius = sphere.radius;
       this.target.copy(sphere.center);
@@ -125,6 +137,27 @@ export class PhysicalPane extends Stage {
     }
     this.picture = null;
     this.paint(this.colours);
+  }
+
+  private loadDriven({ driven }: SceneFacts): void {
+    for (const group of [this.driven, this.commanded]) {
+      for (const one of group.children) empty(one as THREE.Group);
+      group.clear();
+    }
+    if (!driven) return;
+    const pieces = piecesOf(driven.pieces);
+    driven.starts.forEach((start, k) => {
+      const faces = pieces.filter((piece) => piece.body === k).flatMap((piece) => piece.faces);
+      const shape = new Shape(faces.filter((face) => face.source !== kNone));
+      const felt = new THREE.Group().add(new THREE.Mesh(shape.surface, this.drivenMaterial), new THREE.LineSegments(shape.edges, this.drivenLines));
+      const outline = new THREE.LineSegments(shape.edges, this.commandedLines);
+      outline.renderOrder = 5;
+      const commanded = new THREE.Group().add(outline);
+      commanded.visible = false;
+      for (const one of [felt, commanded]) this.placeFrame(one, start);
+      this.driven.add(felt);
+      this.commanded.add(commanded);
+    });
   }
 
   get scaleText(): string {
@@ -140,8 +173,27 @@ export class PhysicalPane extends Stage {
     this.feltLines.paint(colours.feltEdge);
     this.ghostFill.paint(colours.device);
     this.ghostLines.paint(colours.device);
+    this.drivenMaterial.paint(colours.driven, colours.section);
+    this.drivenLines.paint(colours.drivenEdge);
+    this.commandedLines.paint(colours.commanded);
     this.polygonFill.paint(colours.contact);
     if (this.picture) this.show(this.picture);
+  }
+
+  /** Of a part whose vertices are about its mesh frame. */
+  private placeFrame(group: THREE.Object3D, pose: Pose): void {
+    group.position.set(...pose.p);
+    group.quaternion.set(...pose.q);
+  }
+
+  private showDriven({ driven }: Picture): void {
+    driven.forEach((one, k) => {
+      if (k >= this.driven.children.length) return;
+      this.placeFrame(this.driven.children[k], one.felt);
+      const commanded = this.commanded.children[k];
+      this.placeFrame(commanded, one.commanded);
+      commanded.visible = one.lag_m > kBehindFrom_m;
+    });
   }
 
   private place(group: THREE.Object3D, pose: Pose): void {
@@ -154,6 +206,7 @@ export class PhysicalPane extends Stage {
     this.picture = picture;
     this.place(this.felt, picture.felt);
     this.place(this.ghost, picture.device);
+    this.showDriven(picture);
     const { feltGrip: felt, deviceGrip: device } = picture;
     const turned = new THREE.Quaternion(...picture.felt.q).angleTo(new THREE.Quaternion(...picture.device.q));
     const apart = vector(felt).distanceTo(vector(device)) + turned * this.partRadius;

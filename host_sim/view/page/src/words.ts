@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The core's numbers in words.
+import type { DrivenPicture } from "./messages";
 
 const kSituations: Record<string, string> = {
   none: "free: nothing touches",
@@ -49,10 +50,12 @@ const kFlags: ([string, string] | null)[] = [
   ["behind", "the work budget was spent before the part got as far as it could"],
   ["list full", "more pairs are near than near_pairs: one without a slot has cut the part's step"],
   ["held", "the force is held below the spring's: the part has not caught up since its budget was spent"],
+  ["driven behind", "a driven part is not where its owner has it: something holds it"],
+  ["driven lost", "the poses of a driven part are late, too fast or none: it stands; force ramped out"],
 ];
 
 /** Flags that are marked over the strips: no pose, a part that is led out, does not follow or is out of reach, a limit, a ramp. */
-const kMarked = [10, 11, 12, 13, 15, 16, 18, 19, 20, 21, 22].reduce((bits, bit) => bits | (1 << bit), 0);
+const kMarked = [10, 11, 12, 13, 15, 16, 18, 19, 20, 21, 22, 23, 24].reduce((bits, bit) => bits | (1 << bit), 0);
 
 export function isMarked(flags: number): boolean {
   return (flags & kMarked) !== 0;
@@ -80,6 +83,15 @@ export function lengthText(metres: number): string {
   if (size >= 1e-5) return `${(metres * 1e3).toFixed(3)} mm`;
   return `${(metres * 1e6).toFixed(2)} µm`;
 }
+
+/** Lag and push of a driven part, in two lines. */
+export function drivenText(name: string, { lag_m, lag_rad, push_n, isLost }: DrivenPicture): string {
+  const lag = lag_m < kSame_m && lag_rad < kSame_rad ? "where its owner has it" : `behind by ${lengthText(lag_m)}, ${(lag_rad * 1e3).toFixed(2)} mrad`;
+  const lost = isLost ? "; its poses are lost, it stands" : "";
+  return `${name}: ${lag}${lost}\n  pushed by ${numberText(Math.hypot(...push_n))} N`;
+}
+/** A driven part is told to be behind by more than rounding alone. */
+const kSame_m = 1e-8, kSame_rad = 5e-6;
 
 export function numberText(value: number): string {
   if (!Number.isFinite(value)) return "-";

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs the core, a tick a millisecond, apart from the drawing: by hand; or over the recorded session, whose ticks are
 // all computed once first and their state hashes compared; or along a live session, tick by tick as they come.
-import { Core, SceneRefused } from "./core.mjs";
+import { Core, drivenTick, SceneRefused } from "./core.mjs";
 import { Hand } from "./hand";
 import { Account, handMessage, LiveLink, Next, restartMessage } from "./live";
 import type { Chunk } from "./live";
-import type { FromWorker, LiveOrder, Mode, Picture, Pose, SceneFacts, ToWorker, Vec, Verdict } from "./messages";
+import type { DrivenPicture, FromWorker, LiveOrder, Mode, Picture, Pose, SceneFacts, ToWorker, Vec, Verdict } from "./messages";
 import { DamagedPage, Recording } from "./recording";
 import { isMarked } from "./words";
 
@@ -22,6 +22,14 @@ const kMostSavedBytes = 64 * 2 ** 20;
 
 const post = (message: FromWorker) =>
   (self as unknown as { postMessage(message: FromWorker): void }).postMessage(message);
+
+/** A stamp of 0 is none: the clock of the driven parts begins there. */
+const kTick_ns = 1_000_000n;
+/** Numbers of the poses with which driven parts are made to stand are above those of any owner. */
+const kStandsFrom = 1n << 62n;
+
+/** Where device and part are. */
+const kPlaces = ["goal_p_wa_m", "goal_q_wa_xyzw", "goal_grip_w_m", "proxy_p_wa_m", "proxy_q_wa_xyzw", "proxy_grip_w_m"];
 
 /** What a device says of a tick in addition to where it is. */
 interface DeviceWords {
@@ -43,6 +51,8 @@ class Runner {
   private wanted = -1;
   /** the next tick takes a part */
   private takes = false;
+  /** clock of the driven parts */
+  private drivenNs = kTick_ns;
   /** the hand has let go since all parts were where they start */
   private hasLetGo = false;
   private samples: number[] = [];
@@ -114,6 +124,7 @@ class Runner {
     const scene = core.read("scene") as Record<string, any>;
     const names = core.names();
     const parts = core.parts();
+    const driven = core.driven();
     return {
       name: names.name,
       law: names.law,
@@ -131,6 +142,14 @@ class Runner {
       situations: Array.from({ length: 7 }, (_, k) => core.situation(k)),
       pieces: core.describe("pieces"),
       parts: parts && { names: parts.names, mayBeHeld: parts.mayBeHeld, bodies: parts.bodies },
+      driven:
+        driven.length === 0
+          ? null
+          : {
+              names: driven.map(({ name }) => name),
+              pieces: core.describe("driven_pieces"),
+              starts: driven.map(({ felt }) => felt),
+            },
       recordedTicks: this.recording?.ticks ?? 0,
     };
   }
@@ -138,6 +157,7 @@ class Runner {
   /** Each part where it starts. */
   private putBack(): void {
     this.core.reset();
+    this.drivenNs = kTick_ns;
     this.wanted = -1;
     this.takes = false;
     if (this.hasLetGo) this.tellParts();
@@ -172,6 +192,23 @@ class Runner {
     this.takes = true;
   }
 
+  /** Nobody moves the driven parts from now on: they stand where they were led to. */
+  private standDriven(): void {
+    this.core.driven().forEach(({ commanded }, k) =>
+      this.core.give({
+        driven: BigInt(k),
+        number: kStandsFrom + this.drivenNs,
+        stamp_ns: this.drivenNs,
+        p_m: commanded.p,
+        q_xyzw: commanded.q,
+        fastest_m_per_s: 0,
+        fastest_rad_per_s: 0,
+        late_ns: 0n,
+        stands: 1n,
+      }),
+    );
+  }
+
   /** One tick of the device at `pose`. */
   private step(pose: Pose, stamp: bigint, report: boolean, { accepted, twist, clutched }: DeviceWords = {}): void {
     this.core.write({
@@ -197,6 +234,11 @@ class Runner {
     const accepted = r.hasAccepted ? r.accepted(tick) : undefined;
     const words = { accepted, twist: r.twist(tick), clutched: r.clutched(tick) };
     if (r.resets(tick)) this.core.reset();
+    if (r.hasDriven) {
+      for (const pose of r.given(tick)) this.core.give(pose);
+      this.drivenNs = r.drivenNs(tick);
+      this.core.follow(this.drivenNs, r.feelsDriven(tick));
+    }
     this.step({ p: r.place(tick), q: r.orientation(tick) }, r.stampNs(tick), report, words);
     if (this.core.one("state_hash") !== r.hash(tick) && (this.differs < 0 || tick < this.differs)) {
       this.differs = tick;
@@ -257,6 +299,9 @@ class Runner {
         if (next === Next.lost && this.said.knows_felt !== 0)
           this.step({ p: this.said.proxy_p_wa_m, q: this.said.proxy_q_wa_xyzw }, 0n, false);
       }
+      for (const pose of chunk.given(k)) this.core.give(pose);
+      const driven = chunk.driven(k);
+      if (driven) this.core.follow(driven.now_ns, driven.isFelt);
       this.tick = Number(chunk.sequence(k));
       this.step(chunk.pose(k), chunk.stampNs(k), k === chunk.ticks - 1, {
         accepted: chunk.accepted(k),
@@ -368,6 +413,7 @@ class Runner {
     if (mode === "hand" && this.mode !== "hand") {
       this.hand.place(this.device);
       this.core.beginVerdict();
+      this.standDriven();
       this.cut = true;
       this.samples = [];
     }
@@ -437,7 +483,9 @@ class Runner {
         sum("force_w_n", "guide_force_w_n"),
         sum("torque_w_nm", "guide_torque_w_nm"),
       );
-      this.step(pose, BigInt(this.tick) * 1000000n, report);
+      this.drivenNs += kTick_ns;
+      this.core.follow(this.drivenNs, true);
+      this.step(pose, BigInt(this.tick) * kTick_ns, report);
       this.sample(this.samples);
       if (this.takes) this.tellParts();
       this.takes = false;
@@ -456,12 +504,22 @@ class Runner {
     };
   }
 
+  /** Of the core here, or, where not all is known of a live session, in that one's words. */
+  private drivenNow(): DrivenPicture[] {
+    const here = this.core.driven();
+    if (!this.said || !this.account.why) return here;
+    const known = Math.min(here.length, Number(this.said.driven_count));
+    return here.slice(0, known).map((_, k) => drivenTick(this.said!.driven, k));
+  }
+
   private picture(): void {
     const result = this.core.read("result") as Record<string, any>;
     // What is not computed from all that the session's core was given is shown in that core's own words.
     if (this.said && this.account.why) {
       const { force_w_n, torque_w_nm, situation, flags, status, nodes_evaluated } = this.said;
       Object.assign(result, { force_w_n, torque_w_nm, situation, flags, status, work_units: nodes_evaluated });
+      // A part that others push is where that core has it, too.
+      if (this.facts.driven) for (const name of kPlaces) result[name] = this.said[name];
     }
     const samples = new Float32Array(this.samples);
     this.samples = [];
@@ -486,6 +544,7 @@ class Runner {
       work: result.work_units,
       verdict: this.recordedVerdict && this.mode !== "hand" ? this.recordedVerdict : this.core.verdict(),
       feltPlanes: result.felt_planes,
+      driven: this.drivenNow(),
       obstacles: this.core.describe("obstacles", kMostObstacles, kMostNodes),
       contacts: this.core.describe("contacts"),
       graph: this.core.describe("graph", kMostGraphNodes),
