@@ -143,8 +143,7 @@ RtStatus DrivenMotion::create(std::span<std::byte> memory, const DrivenScenes& s
   if (reinterpret_cast<std::uintptr_t>(memory.data()) % kLawAlignment != 0)
     return RtStatus::kMemoryMisaligned;
   if (memory.size() < state_bytes(scenes)) return RtStatus::kMemoryTooSmall;
-  // Placement, no heap.
-  motion = ::new (static_cast<void*>(memory.data())) DrivenMotion(parts);
+  motion = ::new (static_cast<void*>(memory.data())) DrivenMotion(parts);  // placement, no heap
   Arena arena(memory.data() + rounded(sizeof(DrivenMotion)));
   motion->place(arena, scenes);
   motion->configure(scenes);
