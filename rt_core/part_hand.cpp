@@ -92,6 +92,7 @@ RtStatus PartHand::begin(const PartScenes& parts, const Room& one, const Room& o
   side_ = 0;
   hash_ = 0;
   from_place_ = was_taken_ = begins_ = driven_lost_ = false;
+  given_j_ = 0;
   std::array<Pose, kMostDriven> starts;
   for (std::uint32_t k = 0; k < parts.driven().size(); ++k)
     starts[k] = pose_of(places_[parts.driven()[k].part]);
@@ -152,12 +153,6 @@ bool PartHand::follow(const DrivenInput& input) noexcept {
   return driven_lost_;
 }
 
-double PartHand::given_j() const noexcept {
-  const DrivenMotion* const motion = sides_[side_].motion;
-  const bool holds = phase() == Phase::kHolding || phase() == Phase::kLettingGo;
-  return motion != nullptr && holds ? motion->given_j : 0;
-}
-
 const SceneCapacity& PartHand::bounds() const noexcept {
   const Side& side = sides_[side_];
   return side.motion != nullptr ? side.motion->bounds() : side.view.header().capacity;
@@ -179,6 +174,7 @@ StepResult PartHand::step_core(const StepInput& input) noexcept {
   Goal goal;
   if (motion == nullptr || core().aim(input, goal) != RtStatus::kOk) return core().step(input);
   motion->tick(goal.grip);
+  given_j_ += motion->given_j;
   return core().render(input, goal);
 }
 

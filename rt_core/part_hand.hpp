@@ -74,8 +74,9 @@ class PartHand {
   [[nodiscard]] std::span<const PartPlace> places() const noexcept {
     return {places_.data(), parts_->count()};
   }
-  /// Energy that the last step's spring has from driven parts, less what it gave them [J].
-  [[nodiscard]] double given_j() const noexcept;
+  /// Energy that the spring has had from driven parts since `begin`, less what it gave them [J].
+  /// Servo thread.
+  [[nodiscard]] double given_j() const noexcept { return given_j_; }
   /// Driven parts after the last step, in the order of PartScenes::driven(). Servo thread.
   [[nodiscard]] const DrivenParts& driven() const noexcept { return driven_; }
   /// Bounds of a tick with the part that is held, or was last. Servo thread.
@@ -107,6 +108,7 @@ class PartHand {
   std::array<PartPlace, kMostParts> places_;
   DrivenParts driven_;
   bool driven_lost_ = false;  ///< one that touches the part
+  double given_j_ = 0;
   std::uint32_t next_ = 0, side_ = 0;
   std::uint64_t hash_ = 0;
   Vec3 first_grip_a_ = Vec3::Zero();   ///< of the first part, in its mesh frame

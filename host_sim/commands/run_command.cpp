@@ -27,8 +27,7 @@
 #include "host_sim/device/stack_run.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/counters_check.hpp"
-#include "host_sim/session/drive_run.hpp"
-#include "host_sim/session/drive_tape.hpp"
+#include "host_sim/session/other_motion.hpp"
 #include "host_sim/session/replay_plot.hpp"
 #include "host_sim/view/core_tape.hpp"
 #include "host_sim/view/loop_ticks.hpp"
@@ -107,53 +106,9 @@ void stay(tools::LiveSession& live) {
   live.wait_for_stop();
 }
 
-bool is_not_zero(double x) { return x != 0; }
-
-/// The owners of parts, and the commands to the hand, beside its motion.
-struct OtherMotion {
-  CoreSession* session = nullptr;
-  HoldRun holds;
-  DriveRun drives;
-  std::optional<DriveTape> tape;  ///< where somebody is shown the run
-  std::vector<double> given_j;    ///< DriveRun::given_j after each tick
-
-  /// Where nothing else gives the hand its poses.
-  void before_tick(double t_s) {
-    holds.before_tick(t_s);
-    if (tape) tape->give(drives.input(t_s));
-    drives.before_tick(t_s);
-  }
-  void after_tick(const tools::TickRecord& tick) {
-    holds.after_tick(tick);
-    const bool is_felt = std::ranges::any_of(tick.force_n, is_not_zero) ||
-                         std::ranges::any_of(tick.torque_nm, is_not_zero);
-    drives.after_tick(tick.t_s, is_felt);
-    if (tape && session->hand() != nullptr) tape->take(session->hand()->driven());
-    given_j.push_back(drives.given_j());
-  }
-  /// The newest tick as viewers get it.
-  [[nodiscard]] tools::LiveState shown(const tools::TickRecord& tick) const {
-    tools::LiveState state;
-    state.record = tick;
-    if (!tape) return state;
-    const std::span<const tools::DrivenTick> now = tape->now();
-    state.driven_count = now.size();
-    std::ranges::copy(now, state.driven.begin());
-    return state;
-  }
-  /// The driven parts after each tick.
-  [[nodiscard]] std::span<const tools::DrivenTick> driven() const {
-    return tape ? tape->states() : std::span<const tools::DrivenTick>();
-  }
-  [[nodiscard]] std::string failures() const {
-    const std::string of_holds = holds.failures(), of_drives = drives.failures();
-    return of_holds + (of_holds.empty() || of_drives.empty() ? "" : "; ") + of_drives;
-  }
-};
-
 /// As the account has it.
 OtherEvents told_by(const OtherMotion& others) {
-  return {others.holds.events(), others.drives.accounts()};
+  return {others.holds().events(), others.drives().accounts()};
 }
 
 void keep_drives(const RunArguments& o, const DriveRun& drives) {
@@ -162,9 +117,8 @@ void keep_drives(const RunArguments& o, const DriveRun& drives) {
 }
 
 OtherMotion other_motion(const RunArguments& o, CoreSession& session, const HandWay& way) {
-  OtherMotion others{
-      &session, HoldRun(session, way.holds), DriveRun(session, read_drives(o.drives)), {}, {}};
-  if (!o.html.empty() || !o.mcap.empty() || o.serve) others.tape.emplace(!o.mcap.empty());
+  OtherMotion others(session, way.holds, o.drives);
+  if (!o.html.empty() || !o.mcap.empty() || o.serve) others.tape(!o.mcap.empty());
   return others;
 }
 
@@ -176,8 +130,8 @@ std::vector<LoopRecord> run_watched(ClosedLoop& loop, std::span<const MotionSamp
   const auto after = [&](const LoopRecord& record) {
     others.after_tick(record.tick);
     tools::RecordedTick tick = recorded_tick(record, rate_hz);
-    others.tape->mark(tick, record.tick.tick);
-    live.publish(tick, others.shown(record.tick), others.tape->newest());
+    others.kept().mark(tick, record.tick.tick);
+    live.publish(tick, others.shown(record.tick), others.kept().newest());
     const double due_s = static_cast<double>(record.tick.tick + 1) / rate_hz;
     if (!live.is_stopped()) (void)hal::sleep_until(begin_ns + std::llround(1e9 * due_s));
   };
@@ -210,7 +164,7 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
   for (std::size_t k = 0; k < records.size(); ++k) {
     ticks.push_back(records[k].tick);
     judge.take(judged_tick(records[k].tick));
-    judge.note_work(records[k].delivered_j - others.given_j[k]);
+    judge.note_work(records[k].delivered_j - others.given_j()[k]);
   }
   RunEnd end{judge.verdict(), {}};
   add_loop_failures(end, totals, rest, within_bounds(session.core().peaks(), session.bounds()));
@@ -221,15 +175,15 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
     std::vector<tools::RecordedTick> recorded;
     for (const LoopRecord& record : records) {
       recorded.push_back(recorded_tick(record, subject.rate_hz));
-      others.tape->mark(recorded.back(), record.tick.tick);
+      others.kept().mark(recorded.back(), record.tick.tick);
     }
     write_whole_file(o.html,
-                     tools::filled_page(page, session.view(), recorded, {}, others.tape->given()));
+                     tools::filled_page(page, session.view(), recorded, {}, others.kept().given()));
   }
   keep(o, loop_csv(records, GuideLegs(session.view())),
        replay_plot(ticks, title_of(o, session), session.view().parameters().exact_band_m),
        loop_account(subject, totals, rest, told_by(others), end));
-  keep_drives(o, others.drives);
+  keep_drives(o, others.drives());
   if (!o.json) print_loop(subject, totals, rest, told_by(others), end);
   if (live) stay(*live);
   return end.passed();
@@ -252,9 +206,8 @@ struct StackWatchers {
 
 /// The owners' poses through the loop's memory, and the commands to the hand, before a period.
 void give(OtherMotion& others, DeviceStack& stack, double t_s) {
-  others.holds.before_tick(t_s);
   const std::int64_t later_ns = stack.now_ns() - DriveRun::stamp_ns(t_s);
-  const std::span<const FrameRecord> records = others.drives.at(t_s);
+  const std::span<const FrameRecord> records = others.poses_before_tick(t_s);
   for (std::size_t k = 0; k < records.size(); ++k) {
     FrameRecord record = records[k];
     record.stamp_ns += later_ns;
@@ -359,7 +312,7 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
     const LoopRecord& record = records[k].loop;
     felt.push_back(record);
     if (records[k].rendered_new) judge.take(judged_tick(record.tick));
-    judge.note_work(record.delivered_j - others.given_j[k]);
+    judge.note_work(record.delivered_j - others.given_j()[k]);
   }
   if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), felt, others.driven()));
   const RestOscillation rest = rest_oscillation(felt, rest_allowance(parameters, run.device));
@@ -380,7 +333,7 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   keep(o, stack_csv(records, GuideLegs(session.view())),
        stack_plot(records, title, session.view().parameters().exact_band_m),
        stack_account(subject, totals, rest, told_by(others), link, end));
-  keep_drives(o, others.drives);
+  keep_drives(o, others.drives());
   if (!o.json) print_stack(subject, totals, rest, told_by(others), link, end);
   if (live) stay(*live);
   return end.passed();

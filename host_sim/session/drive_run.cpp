@@ -146,10 +146,13 @@ void DriveRun::before_tick(double t_s) {
   if (!records_.empty()) session_.hand()->follow(input(t_s));
 }
 
-void DriveRun::after_tick(double t_s, bool is_felt) {
+void DriveRun::after_tick(const tools::TickRecord& tick) {
   if (records_.empty()) return;
-  is_felt_ = is_felt;
-  given_j_ += session_.hand()->given_j();
+  const double t_s = tick.t_s;
+  const auto is_not_zero = [](double x) { return x != 0; };
+  is_felt_ = std::ranges::any_of(tick.force_n, is_not_zero) ||
+             std::ranges::any_of(tick.torque_nm, is_not_zero);
+  given_j_ = session_.hand()->given_j();
   const double passed_s = has_last_ ? t_s - last_s_ : 0;
   last_s_ = t_s;
   has_last_ = true;

@@ -12,6 +12,7 @@
 
 #include "host_sim/session/core_session.hpp"
 #include "host_sim/session/motion_script.hpp"
+#include "tools/verdict/tick_record.hpp"
 
 namespace haptic::sim {
 
@@ -63,8 +64,7 @@ class DriveRun {
   [[nodiscard]] DrivenInput input(double t_s);
   /// The same, given to the hand: where nothing else does that.
   void before_tick(double t_s);
-  /// `is_felt`: the tick had a force or a torque.
-  void after_tick(double t_s, bool is_felt);
+  void after_tick(const tools::TickRecord& tick);
   /// Energy of the hand's spring from driven parts so far, less what it gave them: not made by the
   /// rendering.
   [[nodiscard]] double given_j() const { return given_j_; }

@@ -26,12 +26,6 @@ TickRecord core_tick(CoreSession& session, const StepInput& input, double t_s, c
   return record;
 }
 
-bool has_wrench(const TickRecord& record) {
-  const auto is_not_zero = [](double x) { return x != 0; };
-  return std::ranges::any_of(record.force_n, is_not_zero) ||
-         std::ranges::any_of(record.torque_nm, is_not_zero);
-}
-
 /// One tick of the literal method in the same shape. It has no situation beyond "one plane" and no
 /// hash.
 TickRecord literal_tick(LiteralTracker& tracker, double k_f_n_per_m, const StepInput& input,
@@ -86,7 +80,7 @@ ReplayResult replay(CoreSession& session, std::span<const MotionSample> motion,
                 : core_tick(session, input, t_s, grip_a, goal_wa, values);
     if (literal && i == 0) record.flags |= kFlagFirstTick;
     result.ticks.push_back(record);
-    if (options.drives != nullptr) options.drives->after_tick(t_s, has_wrench(record));
+    if (options.drives != nullptr) options.drives->after_tick(record);
     if (!literal) judge.take(judged_tick(record));
     if (contacts && record.status == RtStatus::kOk) contacts->add(session.core(), input, t_s);
     if (oracle && record.status == RtStatus::kOk) {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "rt_core/base/rotation.hpp"
 #include "rt_core/base/stamp.hpp"

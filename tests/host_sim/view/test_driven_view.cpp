@@ -70,7 +70,7 @@ struct PushedRun {
     records = run_loop(
         loop, still,
         [&](const LoopRecord& record) {
-          drives.after_tick(record.tick.t_s, record.tick.force_n[0] != 0);
+          drives.after_tick(record.tick);
           tape.take(session.hand()->driven());
         },
         [&](double t_s) {
