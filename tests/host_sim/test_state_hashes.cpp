@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "host_sim/session/hold_run.hpp"
 #include "host_sim/session/motion_script.hpp"
+#include "host_sim/session/other_motion.hpp"
 #include "host_sim/session/replay.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
 
@@ -139,19 +139,31 @@ tools::CompiledScene compiled(const std::filesystem::path& folder) {
   return tools::compile_scene(tools::read_scene_file(folder / "scene.toml"), {});
 }
 
-/// A motion in which the hand holds one part after another.
-std::vector<TickRecord> held_ticks(CoreSession& session, const MotionScript& script,
-                                   const std::vector<MotionSample>& motion) {
-  HoldRun holds(session, script.holds);
+/// The motions of a scene's driven parts: each in the file that has the part's name.
+std::vector<std::string> drives_of(const CoreSession& session, const std::filesystem::path& folder) {
+  std::vector<std::string> drives;
+  if (session.parts() == nullptr) return drives;
+  for (const DrivenRecord& driven : session.parts()->driven()) {
+    const std::string part(session.parts()->name(driven.part));
+    drives.push_back(part + "=" + (folder / (part + ".toml")).string());
+  }
+  return drives;
+}
+
+/// With holds and driven parts, where the scene has them.
+std::vector<TickRecord> run_ticks(CoreSession& session, const MotionScript& script,
+                                  const std::vector<MotionSample>& motion,
+                                  const std::vector<std::string>& drives) {
+  OtherMotion others(session, script.holds, drives);
   std::vector<TickRecord> ticks;
   for (const MotionSample& sample : motion) {
-    holds.before_tick(sample.t_s);
+    others.before_tick(sample.t_s);
     const StepResult result = session.step(input_of(sample, ticks.size()));
     ticks.push_back(tools::record_of(ticks.size(), sample.t_s, result,
                                      session.view().parameters().law, session.hand()->grip_a()));
-    holds.after_tick(ticks.back());
+    others.after_tick(ticks.back());
   }
-  CHECK(holds.failures() == "");
+  CHECK(others.failures() == "");
   return ticks;
 }
 
@@ -161,8 +173,10 @@ RunHashes run_scene(const std::string& name) {
   const MotionScript script = read_motion_script((folder / "motion.toml").string());
   const std::vector<MotionSample> motion = make_motion(script);
   CoreSession session(scene.bytes, name);
-  const std::vector<TickRecord> ticks = script.holds.empty() ? replay(session, motion, {}).ticks
-                                                             : held_ticks(session, script, motion);
+  const std::vector<std::string> drives = drives_of(session, folder);
+  const std::vector<TickRecord> ticks = script.holds.empty() && drives.empty()
+                                            ? replay(session, motion, {}).ticks
+                                            : run_ticks(session, script, motion, drives);
   const auto touching = std::count_if(ticks.begin(), ticks.end(), [](const TickRecord& t) {
     return t.d_near_m <= 0 ||  // a surface has no depth
            t.situation != ContactSituation::kNone;

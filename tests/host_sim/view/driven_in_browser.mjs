@@ -55,7 +55,7 @@ const cases = {
   },
 
   async "a live run: compared from its first tick on, the socket moves"() {
-    const drive = ["--script", join(folder, "motion.toml"), "--drive", `socket=${join(folder, "robot.toml")}`];
+    const drive = ["--script", join(folder, "motion.toml"), "--drive", `socket=${join(folder, "socket.toml")}`];
     const served = await serving(hostSim, ["run", scene, "--serve", ...drive]);
     const page = await pages.open(served.address);
     await page.waitForFunction(() => Number(document.body.dataset.driven?.split(" ")[0]) > 30, null, kPatience);
