@@ -6,15 +6,6 @@
 namespace haptic {
 namespace {
 
-Pose pose_of(const PartPlace& place) noexcept {
-  const double* const q = place.q_wa_xyzw;
-  Pose pose;
-  for (int k = 0; k < 3; ++k) pose.p_wa[k] = static_cast<Real>(place.p_wa_m[k]);
-  pose.q_wa = Quat(static_cast<Real>(q[3]), static_cast<Real>(q[0]), static_cast<Real>(q[1]),
-                   static_cast<Real>(q[2]));
-  return pose;
-}
-
 PartPlace place_of(const Pose& pose) noexcept {
   PartPlace place;
   for (int k = 0; k < 3; ++k) place.p_wa_m[k] = static_cast<double>(pose.p_wa[k]);
@@ -52,38 +43,50 @@ bool is_let_go(const StepResult& result) noexcept {
 
 }  // namespace
 
-/// The law of the part among those of the driven ones that it may meet.
-RtStatus PartHand::open_law(std::uint32_t part, Side& side) noexcept {
-  side.motion = nullptr;
-  DrivenScenes scenes;
-  scenes.held = &side.view;
-  bool meets = false;
-  for (std::uint32_t k = 0; k < parts_->driven().size(); ++k) {
-    const std::span<const std::byte> scene = parts_->pair_scene(part, k);
+/// The scenes of the part and each driven one that it may meet.
+RtStatus PartHand::open_driven(const PartScenes& parts, std::uint32_t part, Side& side,
+                               JointScenes::OfHand& of, bool& meets) noexcept {
+  of.held = &side.view;
+  of.meets_standing = parts.meets_standing(part);
+  for (std::uint32_t k = 0; k < parts.driven().size(); ++k) {
+    const std::span<const std::byte> scene = parts.pair_scene(part, parts.driven()[k].part);
     if (scene.empty()) continue;
     const RtStatus status = SceneView::open(scene, side.with[k]);
     if (status != RtStatus::kOk) return status;
     if (!is_same_part(side.with[k], side.view)) return RtStatus::kBlobBadNumber;
-    scenes.with[k] = &side.with[k];
+    of.with[k] = &side.with[k];
     meets = true;
   }
-  if (!meets) return RtStatus::kOk;
-  scenes.meets_standing = parts_->meets_standing(part);
-  const RtStatus status = DrivenMotion::create(side.room.law, scenes, driven_, side.motion);
-  if (status == RtStatus::kOk) side.core->join(side.motion);
+  return RtStatus::kOk;
+}
+
+/// The law of the part among those of the driven ones that it may meet.
+RtStatus PartHand::open_law(std::uint32_t part, Side& side) noexcept {
+  side.motion = nullptr;
+  JointScenes scenes;
+  bool meets = false;
+  RtStatus status = open_driven(*parts_, part, side, scenes.of[0], meets);
+  if (status != RtStatus::kOk || !meets) return status;
+  status = JointMotion::create(side.room.law, scenes, *driven_, side.motion);
+  if (status == RtStatus::kOk) side.core->join(&side.motion->of_hand(0));
   return status;
 }
 
+RtStatus PartHand::place(std::uint32_t part, Side& side) noexcept {
+  const RtStatus status = parts_->place(part, places(), side.room.scene, side.view);
+  if (status != RtStatus::kOk) return status;
+  return HapticCore::create(side.room.state, side.view, side.core);
+}
+
 RtStatus PartHand::open(std::uint32_t part, Side& side) noexcept {
-  RtStatus status = parts_->place(part, places(), side.room.scene, side.view);
-  if (status == RtStatus::kOk) status = HapticCore::create(side.room.state, side.view, side.core);
+  RtStatus status = place(part, side);
   if (status == RtStatus::kOk) status = open_law(part, side);
   if (status == RtStatus::kOk) side.core->begin_at(pose_of(places_[part]));
   return status;
 }
 
 RtStatus PartHand::begin(const PartScenes& parts, const Room& one, const Room& other) noexcept {
-  if (parts.count() == 0) return RtStatus::kNotGraspable;
+  if (parts.hands() != 1) return RtStatus::kNotGraspable;
   parts_ = &parts;
   for (std::uint32_t k = 0; k < parts.count(); ++k) places_[k] = parts.start_of(k);
   sides_[0].room = one;
@@ -96,7 +99,9 @@ RtStatus PartHand::begin(const PartScenes& parts, const Room& one, const Room& o
   std::array<Pose, kMostDriven> starts;
   for (std::uint32_t k = 0; k < parts.driven().size(); ++k)
     starts[k] = pose_of(places_[parts.driven()[k].part]);
-  driven_.begin(parts.driven(), std::span(starts).first(parts.driven().size()));
+  driven_ = &own_driven_;
+  number_ = 0;
+  driven_->begin(parts.driven(), std::span(starts).first(parts.driven().size()));
   const RtStatus status = open(0, sides_[0]);
   if (status != RtStatus::kOk) return status;
   // It is held as in a scene of one part: its goal is the device's pose.
@@ -106,8 +111,35 @@ RtStatus PartHand::begin(const PartScenes& parts, const Room& one, const Room& o
   return RtStatus::kOk;
 }
 
+RtStatus PartHand::begin_of_two(const PartScenes& parts, std::uint32_t number, const Room& room,
+                                DrivenParts& driven) noexcept {
+  parts_ = &parts;
+  for (std::uint32_t k = 0; k < parts.count(); ++k) places_[k] = parts.start_of(k);
+  sides_[0].room = room;
+  driven_ = &driven;
+  number_ = number;
+  part_.store(number, std::memory_order_release);
+  side_ = 0;
+  hash_ = 0;
+  was_taken_ = driven_lost_ = false;
+  from_place_ = begins_ = true;
+  given_j_ = 0;
+  const RtStatus status = place(number, sides_[0]);
+  if (status != RtStatus::kOk) return status;
+  first_grip_a_ = grip_of(sides_[0].view);
+  phase_.store(Phase::kHolding, std::memory_order_release);
+  return RtStatus::kOk;
+}
+
+void PartHand::join(JointMotion& motion) noexcept {
+  Side& side = sides_[0];
+  side.motion = &motion;
+  side.core->join(&motion.of_hand(number_));
+  side.core->begin_at(pose_of(places_[number_]));
+}
+
 RtStatus PartHand::prepare(std::uint32_t part) noexcept {
-  const bool may = phase() == Phase::kEmpty && part < parts_->count() && parts_->may_be_held(part);
+  const bool may = phase() == Phase::kEmpty && part < parts_->count() && parts_->may_be_taken(part);
   if (!may) return RtStatus::kNotGraspable;
   const RtStatus status = open(part, sides_[1 - side_]);
   if (status != RtStatus::kOk) return status;
@@ -117,6 +149,7 @@ RtStatus PartHand::prepare(std::uint32_t part) noexcept {
 }
 
 void PartHand::release() noexcept {
+  if (is_of_two()) return;
   Phase holding = Phase::kHolding;
   static_cast<void>(phase_.compare_exchange_strong(holding, Phase::kLettingGo));
 }
@@ -135,21 +168,21 @@ Vec3 PartHand::grip_a() const noexcept { return grip_of(scene()); }
 /// The hand leads the first part by its grip point, and any other by its own.
 StepInput PartHand::led(const StepInput& input) const noexcept {
   StepInput given = input;
-  if (part() == 0) return given;
+  if (part() == number_) return given;
   const Vec3 between_a = first_grip_a_ - grip_a();
   given.pose_wa.p_wa += input.pose_wa.q_wa * between_a;
   return given;
 }
 
 /// The part has been let go where it is felt; one that was only taken is where it was, to the bit.
-void PartHand::leave(const StepResult& last) noexcept {
+void PartHand::put_down(const StepResult& last) noexcept {
   left_wa_ = last.proxy_pose_wa;
   if (differs(left_wa_, taken_wa_)) places_[part()] = place_of(left_wa_);
   phase_.store(Phase::kEmpty, std::memory_order_release);
 }
 
 bool PartHand::follow(const DrivenInput& input) noexcept {
-  driven_lost_ = driven_.follow(input);
+  driven_lost_ = driven_->follow(input) != 0;
   return driven_lost_;
 }
 
@@ -159,7 +192,7 @@ const SceneCapacity& PartHand::bounds() const noexcept {
 }
 
 StepResult PartHand::empty_step(const StepInput& input) noexcept {
-  for (std::uint32_t k = 0; k < driven_.count(); ++k) driven_.pass(k);
+  for (std::uint32_t k = 0; k < driven_->count(); ++k) driven_->pass(k);
   StepResult result;
   result.goal_pose_wa = led(input).pose_wa;
   result.proxy_pose_wa = left_wa_;
@@ -168,14 +201,40 @@ StepResult PartHand::empty_step(const StepInput& input) noexcept {
   return result;
 }
 
+/// Counts what the other parts have given the hand's spring, which the tick just rendered knows.
+void PartHand::take_given() noexcept {
+  double& given_j = sides_[side_].motion->of_hand(number_).given_j;
+  given_j_ += given_j;
+  given_j = 0;
+}
+
 /// The tick of the part that is held: by itself, or among driven ones.
 StepResult PartHand::step_core(const StepInput& input) noexcept {
-  DrivenMotion* const motion = sides_[side_].motion;
+  JointMotion* const motion = sides_[side_].motion;
   Goal goal;
   if (motion == nullptr || core().aim(input, goal) != RtStatus::kOk) return core().step(input);
-  motion->tick(goal.grip);
-  given_j_ += motion->given_j;
-  return core().render(input, goal);
+  motion->tick({&goal.grip, 1});
+  const StepResult result = core().render(input, goal);
+  take_given();
+  return result;
+}
+
+StepInput PartHand::enter(const StepInput& input) noexcept {
+  StepInput given = led(input);
+  if (phase() == Phase::kLettingGo || begins_ || driven_lost_) given.clutched = true;
+  return given;
+}
+
+StepResult PartHand::leave(StepResult result) noexcept {
+  if (driven_lost_) result.flags |= kFlagDrivenLost;
+  hash_ = result.state_hash;
+  if (result.status != RtStatus::kOk) return result;
+  begins_ = false;
+  felt_wa_ = result.proxy_pose_wa;
+  if (!was_taken_) taken_wa_ = felt_wa_;
+  was_taken_ = true;
+  if (phase() == Phase::kLettingGo && is_let_go(result)) put_down(result);
+  return result;
 }
 
 StepResult PartHand::step(const StepInput& input) noexcept {
@@ -188,20 +247,10 @@ StepResult PartHand::step(const StepInput& input) noexcept {
     from_place_ = begins_ = true;
     phase_.store(Phase::kHolding, std::memory_order_release);
   }
-  StepInput given = led(input);
-  if (phase == Phase::kLettingGo || begins_ || driven_lost_) given.clutched = true;
-  StepResult result = step_core(given);
-  if (driven_lost_) result.flags |= kFlagDrivenLost;
+  const StepResult result = step_core(enter(input));
   if (sides_[side_].motion == nullptr)
-    for (std::uint32_t k = 0; k < driven_.count(); ++k) driven_.pass(k);
-  hash_ = result.state_hash;
-  if (result.status != RtStatus::kOk) return result;
-  begins_ = false;
-  felt_wa_ = result.proxy_pose_wa;
-  if (!was_taken_) taken_wa_ = felt_wa_;
-  was_taken_ = true;
-  if (phase == Phase::kLettingGo && is_let_go(result)) leave(result);
-  return result;
+    for (std::uint32_t k = 0; k < driven_->count(); ++k) driven_->pass(k);
+  return leave(result);
 }
 
 }  // namespace haptic

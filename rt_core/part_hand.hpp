@@ -4,7 +4,8 @@
 /// stand (scene/part_scenes.hpp), and a core over that; to hold another part is to go on with its
 /// core. What is felt never jumps: a part is let go by the ramp of the clutch, stays where it is,
 /// and the next one is taken where it lies, with no force. Parts that their owner moves push what
-/// is held, and go through what has been let go: nothing there may yield.
+/// is held, and go through what has been let go: nothing there may yield. Each of two hands
+/// (hands.hpp) holds its part all the time.
 
 #include <array>
 #include <atomic>
@@ -13,8 +14,8 @@
 #include <span>
 
 #include "rt_core/base/status.hpp"
-#include "rt_core/bodies/driven_motion.hpp"
 #include "rt_core/bodies/driven_parts.hpp"
+#include "rt_core/bodies/joint_motion.hpp"
 #include "rt_core/haptic_core.hpp"
 #include "rt_core/scene/part_scenes.hpp"
 
@@ -57,7 +58,7 @@ class PartHand {
   /// felt; the first part, as long as it has not been let go, begins where the device leads it.
   void reset() noexcept;
   /// Lets go: the wrench fades by the ramp of the clutch, and the part stays. Without effect where
-  /// the hand holds nothing.
+  /// the hand holds nothing, and for one of two hands.
   void release() noexcept;
 
   /// Makes ready that the next step takes `part`. Only while the hand holds nothing.
@@ -78,7 +79,11 @@ class PartHand {
   /// Servo thread.
   [[nodiscard]] double given_j() const noexcept { return given_j_; }
   /// Driven parts after the last step, in the order of PartScenes::driven(). Servo thread.
-  [[nodiscard]] const DrivenParts& driven() const noexcept { return driven_; }
+  [[nodiscard]] const DrivenParts& driven() const noexcept { return *driven_; }
+  /// It is one of two that move at once.
+  [[nodiscard]] bool is_of_two() const noexcept { return parts_ != nullptr && parts_->hands() > 1; }
+  /// A lost driven part touches what is held, as the last `follow` has found.
+  [[nodiscard]] bool is_driven_lost() const noexcept { return driven_lost_; }
   /// Bounds of a tick with the part that is held, or was last. Servo thread.
   [[nodiscard]] const SceneCapacity& bounds() const noexcept;
   /// The core and the scene of the part that is held, or was last. Servo thread.
@@ -88,30 +93,47 @@ class PartHand {
   [[nodiscard]] Vec3 grip_a() const noexcept;
 
  private:
+  friend class Hands;
+
   struct Side {
     Room room;
     SceneView view;
     HapticCore* core = nullptr;
     std::array<SceneView, kMostDriven> with;  ///< scenes of the part and each driven one
-    DrivenMotion* motion = nullptr;           ///< null: nothing is driven that it may meet
+    JointMotion* motion = nullptr;            ///< null: no other moves that it may meet
   };
 
+  /// As hand `number` of two: it holds its part where that starts, also after the first step, and
+  /// leads it from there. `driven` are of both.
+  [[nodiscard]] RtStatus begin_of_two(const PartScenes& parts, std::uint32_t number,
+                                      const Room& room, DrivenParts& driven) noexcept;
+  /// The law of both: what moves its part.
+  void join(JointMotion& motion) noexcept;
+  [[nodiscard]] RtStatus place(std::uint32_t part, Side& side) noexcept;
   [[nodiscard]] RtStatus open(std::uint32_t part, Side& side) noexcept;
   [[nodiscard]] RtStatus open_law(std::uint32_t part, Side& side) noexcept;
+  [[nodiscard]] static RtStatus open_driven(const PartScenes& parts, std::uint32_t part, Side& side,
+                                            JointScenes::OfHand& of, bool& meets) noexcept;
+  /// A tick with a part in the hand: what its core is given, and what its result means.
+  [[nodiscard]] StepInput enter(const StepInput& input) noexcept;
+  [[nodiscard]] StepResult leave(StepResult result) noexcept;
   [[nodiscard]] StepResult step_core(const StepInput& input) noexcept;
+  void take_given() noexcept;
   [[nodiscard]] StepInput led(const StepInput& input) const noexcept;
   [[nodiscard]] StepResult empty_step(const StepInput& input) noexcept;
-  void leave(const StepResult& last) noexcept;
+  void put_down(const StepResult& last) noexcept;
 
   const PartScenes* parts_ = nullptr;
   std::array<Side, 2> sides_;
   std::array<PartPlace, kMostParts> places_;
-  DrivenParts driven_;
-  bool driven_lost_ = false;  ///< one that touches the part
+  DrivenParts own_driven_;
+  DrivenParts* driven_ = &own_driven_;  ///< of both hands where there are two
+  std::uint32_t number_ = 0;            ///< of the hand
+  bool driven_lost_ = false;            ///< one that touches the part
   double given_j_ = 0;
   std::uint32_t next_ = 0, side_ = 0;
   std::uint64_t hash_ = 0;
-  Vec3 first_grip_a_ = Vec3::Zero();   ///< of the first part, in its mesh frame
+  Vec3 first_grip_a_ = Vec3::Zero();   ///< of the part that it held at first, in its mesh frame
   Pose taken_wa_, felt_wa_, left_wa_;  ///< of the part that is held, or was last
   bool from_place_ = false;            ///< it was taken where it lay
   bool was_taken_ = false;             ///< there was a step with it

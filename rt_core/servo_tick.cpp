@@ -14,6 +14,8 @@ namespace {
 /// Causes after which the newest pose says nothing about where the part is.
 constexpr std::uint32_t kNoPose = kFaultBadPose | kFaultJump | kFaultSequence;
 constexpr Real kUnitTolerance = 1.0e-3_r;
+/// By which a device or its link calls for a stop.
+constexpr std::uint32_t kStops = kDeviceEmergencyStop | kLinkStopCalled;
 
 /// Whole periods from one stamp to a later one; 0 for an earlier one.
 std::uint32_t periods_between(std::int64_t from_ns, std::int64_t to_ns,
@@ -83,22 +85,39 @@ void copy(const Vec3& from, double (&to)[3]) noexcept {
 }  // namespace
 
 ServoResult ServoTick::step(const ServoInput& input) noexcept {
-  ServoResult result;
+  const Opened opened = open(input);
+  return close(input, opened, opened.renders ? step_core(opened.to_core) : StepResult{});
+}
+
+ServoTick::Opened ServoTick::open(const ServoInput& input) noexcept {
+  Opened opened;
   tick_ += 1;
   const DeviceState& state = input.state;
   follow_limits(state.limits);
   const bool linked = state.link == LinkState::kReady;
   const bool is_new = linked && state.sequence != 0 &&
                       (!device_.has_state || state.sequence != device_.state.sequence);
-  std::uint32_t present = check_device(input);
+  opened.present = check_device(input);
   follow_state(input, is_new);
-  present |= check_time(input);
-  present |= check_frame(input);
+  opened.present |= check_time(input);
+  opened.present |= check_frame(input);
   const bool has_pose =
       usable_ && (device_.faults & kNoPose) == 0 && (state.faults & kDeviceNotHomed) == 0;
-  if (is_new && has_pose) device_.faults |= render(input, result);
-  present |= device_.faults;
+  if (is_new && has_pose) prepare(input, opened);
+  return opened;
+}
 
+ServoResult ServoTick::close(const ServoInput& input, const Opened& opened,
+                             const StepResult& rendered) noexcept {
+  ServoResult result = opened.result;
+  if (opened.renders) {
+    rendered_.result = rendered;
+    result.rendered_new = true;
+    const std::uint32_t faults = check_rendered();
+    if ((faults & kFaultBadPose) != 0) broken_ = true;
+    device_.faults |= faults;
+  }
+  const std::uint32_t present = opened.present | device_.faults;
   arm(input, present);
   LimiterInput in;
   in.stamp_ns = input.now_ns;
@@ -110,7 +129,7 @@ ServoResult ServoTick::step(const ServoInput& input) noexcept {
   const LimitedOutput limited = limiter_.update(in);
   full_ = limited.gain == 1.0_r;
 
-  result.command = {tick_, input.now_ns, state.sequence, record_of(limited.wrench_d),
+  result.command = {tick_, input.now_ns, input.state.sequence, record_of(limited.wrench_d),
                     arming_.count()};
   result.rendered = rendered_.result;
   result.frame_wf = frame_.pose();
@@ -191,6 +210,10 @@ ServoTick::ServoTick(HapticCore* core, PartHand* hand, const ServoParameters& pa
   const MotionEnvelope& of_scene = (hand != nullptr ? hand->core() : *core).envelope();
   if (of_scene.limits_place()) parameters_.envelope.half_extent_m = Vec3::Zero();
   if (of_scene.limits_turn()) parameters_.envelope.max_angle_rad = 0;
+}
+
+bool ServoTick::is_one_of_two() const noexcept {
+  return !kSceneTraits.image && hand_ != nullptr && hand_->is_of_two();
 }
 
 // An image has one core, and asks for no hand.
@@ -297,14 +320,20 @@ std::uint32_t ServoTick::check_pose(const DeviceState& state) noexcept {
   return 0;
 }
 
+bool ServoTick::is_felt() const noexcept {
+  return arming_.wants_force() || !is_zero(limiter_.last());
+}
+
+bool ServoTick::is_stopped(const ServoInput& input) const noexcept {
+  return input.emergency_stop || (input.state.faults & kStops) != 0 ||
+         (input.state.switches & parameters_.switches.emergency_stop) != 0;
+}
+
 /// Faults of the device and the link in this tick, and of the parameters.
 std::uint32_t ServoTick::check_device(const ServoInput& input) const noexcept {
   const DeviceState& state = input.state;
   std::uint32_t faults = usable_ ? 0u : std::uint32_t{kFaultInternal};
-  constexpr std::uint32_t kStops = kDeviceEmergencyStop | kLinkStopCalled;
-  const bool stopped = input.emergency_stop || (state.faults & kStops) != 0 ||
-                       (state.switches & parameters_.switches.emergency_stop) != 0;
-  if (stopped) faults |= kFaultEmergencyStop;
+  if (is_stopped(input)) faults |= kFaultEmergencyStop;
   if ((state.faults & ~kStops) != 0) faults |= kFaultDevice;
   if (state.link != LinkState::kReady && device_.was_ready) faults |= kFaultDeviceLost;
   return faults;
@@ -336,11 +365,15 @@ void ServoTick::follow_state(const ServoInput& input, bool is_new) noexcept {
 
 /// The frame of the fixed parts, of which the core knows nothing, and the driven parts in it.
 std::uint32_t ServoTick::check_frame(const ServoInput& input) noexcept {
-  const bool felt = arming_.wants_force() || !is_zero(limiter_.last());
+  const bool felt = is_felt() || input.other_is_felt;
   bool cause = frame_.follow(input.frame, input.now_ns, felt);
   broken_ = broken_ || frame_.has_jumped();
-  if (!kSceneTraits.image && hand_ != nullptr)
-    cause = hand_->follow({input.driven, input.now_ns, felt}) || cause;
+  if (!kSceneTraits.image && hand_ != nullptr) {
+    // Two hands have both followed already.
+    const bool lost = is_one_of_two() ? hand_->is_driven_lost()
+                                      : hand_->follow({input.driven, input.now_ns, felt});
+    cause = cause || lost;
+  }
   return cause ? std::uint32_t{kFaultFrame} : 0u;
 }
 
@@ -376,18 +409,18 @@ std::uint32_t ServoTick::check_envelope() noexcept {
   return faults;
 }
 
-/// One tick of the core at a new, usable state.
-std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) noexcept {
+/// The input of the core for a new, usable state.
+void ServoTick::prepare(const ServoInput& input, Opened& opened) noexcept {
   const DeviceState& state = input.state;
   if (broken_) {
     reset_core();
     watch_.reset();
     broken_ = false;
-    result.began = true;
+    opened.result.began = true;
   }
   WorkspaceMap& map = parameters_.map;
   device_.arm_d = handle_arm(map, pose_of(state.pose_dh).q_wa);
-  if (result.began)
+  if (opened.result.began)
     map = begun_map(map, parameters_.start, at_handle_point(pose_of(state.pose_dh), device_.arm_d));
   StepInput in = core_input(state, parameters_, device_.arm_d, limiter_.last());
   if (frame_.is_used()) {
@@ -397,11 +430,10 @@ std::uint32_t ServoTick::render(const ServoInput& input, ServoResult& result) no
     in.accepted_wrench_w = frame_.inside(in.accepted_wrench_w);
   }
   in.report_goal_contact = input.report_goal_contact;
-  rendered_.result = step_core(in);
-  result.rendered_new = true;
-  const std::uint32_t faults = check_rendered();
-  if ((faults & kFaultBadPose) != 0) broken_ = true;
-  return faults;
+  // A hand that nothing holds back must not push the part of another that is felt.
+  if (input.other_is_felt && !arming_.wants_force()) in.clutched = true;
+  opened.to_core = in;
+  opened.renders = true;
 }
 
 /// What the device must exert for it, at the point where it senses.

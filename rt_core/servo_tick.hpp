@@ -62,6 +62,7 @@ struct ServoInput {
   bool report_goal_contact = false;  ///< as in StepInput; else the trace's d_near_m is kNotSearched
   FrameRecord frame;  ///< of the fixed parts, the newest; number 0: none yet, they stand in W
   std::span<const FrameRecord> driven;  ///< the newest of driven parts (DrivenInput)
+  bool other_is_felt = false;           ///< the other of two hands exerts a force, or is about to
 };
 
 struct ServoResult {
@@ -115,6 +116,9 @@ inline constexpr std::int64_t kLongestReportPeriod_ns = 20'000'000;
 /// place and turn are in that frame; those of force and torque, and jumps, in the device's. Driven
 /// parts are given in it; a lost one releases the hand where it touches the part that is held.
 ///
+/// Each of two hands has one of these. While the other is felt a part follows its handle only where
+/// that is armed: else it stays where it is, for whoever leads it would not feel what it pushes.
+///
 /// The limits are the parameters' own and, from the first state of a connection on, those that came
 /// with it, the tighter of each (`tighter`). A state is late by its age in periods of the loop or
 /// of the device's stated reports, the longer of the two: between two reports the wrench is held.
@@ -130,9 +134,28 @@ class ServoTick {
 
   [[nodiscard]] ServoResult step(const ServoInput& input) noexcept;
 
+  /// The two halves of a step, for a hand whose core is stepped together with that of another
+  /// (two_hand_tick.hpp).
+  struct Opened {
+    ServoResult result;
+    StepInput to_core;
+    std::uint32_t present = 0;  ///< SafetyFault
+    bool renders = false;       ///< to_core is to be stepped
+  };
+  [[nodiscard]] Opened open(const ServoInput& input) noexcept;
+  /// `rendered`: of opened.to_core, where that was to be stepped.
+  [[nodiscard]] ServoResult close(const ServoInput& input, const Opened& opened,
+                                  const StepResult& rendered) noexcept;
+
+  /// The device exerts a force, or is about to.
+  [[nodiscard]] bool is_felt() const noexcept;
+  /// The call for an emergency stop, or the device's own, is there.
+  [[nodiscard]] bool is_stopped(const ServoInput& input) const noexcept;
+
  private:
   ServoTick(HapticCore* core, PartHand* hand, const ServoParameters& parameters,
             const SceneCapacity& bounds, FlightRecorder* recorder) noexcept;
+  [[nodiscard]] bool is_one_of_two() const noexcept;
   void reset_core() noexcept;
   [[nodiscard]] StepResult step_core(const StepInput& input) noexcept;
   [[nodiscard]] const SceneCapacity& bounds() const noexcept;
@@ -144,7 +167,7 @@ class ServoTick {
   [[nodiscard]] std::uint32_t check_time(const ServoInput& input) noexcept;
   [[nodiscard]] std::uint32_t check_frame(const ServoInput& input) noexcept;
   [[nodiscard]] std::uint32_t waits(const ServoInput& input, std::uint32_t present) const noexcept;
-  [[nodiscard]] std::uint32_t render(const ServoInput& input, ServoResult& result) noexcept;
+  void prepare(const ServoInput& input, Opened& opened) noexcept;
   [[nodiscard]] std::uint32_t check_rendered() noexcept;
   [[nodiscard]] std::uint32_t check_envelope() noexcept;
   void arm(const ServoInput& input, std::uint32_t present) noexcept;

@@ -41,20 +41,22 @@ class CoreSession {
 
   /// In a scene with parts that of the one which is held at first.
   [[nodiscard]] const SceneView& view() const { return view_; }
-  /// In a scene with parts that of the one which is held, or was last.
-  [[nodiscard]] HapticCore& core() { return parts_ ? parts_->hand.core() : *core_; }
-  /// One tick of it.
+  /// In a scene with parts that of the one which the first hand holds, or held last.
+  [[nodiscard]] HapticCore& core() { return parts_ ? parts_->hand().core() : *core_; }
+  /// One tick of it. Another hand holds its part still.
   [[nodiscard]] StepResult step(const StepInput& input) {
-    return parts_ ? parts_->hand.step(input) : core_->step(input);
+    return parts_ ? parts_->hands.step(input) : core_->step(input);
   }
   /// Bounds of its work.
   [[nodiscard]] const SceneCapacity& bounds() const {
-    return parts_ ? parts_->hand.bounds() : view_.header().capacity;
+    return parts_ ? parts_->hands.bounds() : view_.header().capacity;
   }
   /// A fresh start; of a scene with parts with each of them at its start.
   void reset();
   /// Null: the scene has one moving part.
-  [[nodiscard]] PartHand* hand() { return parts_ ? &parts_->hand : nullptr; }
+  [[nodiscard]] Hands* hands() { return parts_ ? &parts_->hands : nullptr; }
+  /// The first of them.
+  [[nodiscard]] PartHand* hand() { return parts_ ? &parts_->hand() : nullptr; }
   [[nodiscard]] const PartScenes* parts() const { return parts_ ? &parts_->scenes : nullptr; }
   /// The memory of the core: all of its mutable state.
   [[nodiscard]] std::span<std::byte> state() { return state_.span(); }

@@ -167,11 +167,11 @@ void DriveRun::after_tick(const tools::TickRecord& tick) {
     account.largest_lag_rad = std::max(account.largest_lag_rad, static_cast<double>(state.lag_rad));
     account.largest_push_n =
         std::max(account.largest_push_n, static_cast<double>(state.pushed_w.force_w.norm()));
-    if (state.touches) account.touched_s += passed_s;
+    if (state.touches()) account.touched_s += passed_s;
     if (state.is_lost) {
       if (account.lost_s == 0) account.lost_from_s = t_s;
       account.lost_s += passed_s;
-      if (state.touches) account.released_s += passed_s;
+      if (state.touches()) account.released_s += passed_s;
     }
     append_number(csv_, t_s);
     csv_ += ',' + account.part;
@@ -181,7 +181,7 @@ void DriveRun::after_tick(const tools::TickRecord& tick) {
       append_number(csv_ += ',', static_cast<double>(x));
     append_cells_of(csv_, state.pushed_w.force_w);
     append_cells_of(csv_, state.pushed_w.torque_w);
-    csv_ += state.touches ? ",1" : ",0";
+    csv_ += state.touches() ? ",1" : ",0";
     csv_ += state.is_lost ? ",1\n" : ",0\n";
   }
 }

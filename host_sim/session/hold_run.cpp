@@ -36,6 +36,10 @@ HoldRun::HoldRun(CoreSession& session, std::vector<HoldCommand> commands)
     throw tools::InputError(
         "the script holds and lets go, and the scene has one moving part; "
         "compile it with [[part]] tables");
+  if (session_.parts()->hands() > 1)
+    throw tools::InputError(
+        "the script holds and lets go, and in a scene with role \"hand2\" both hands hold their "
+        "parts all the time; leave the holds out");
   for (const HoldCommand& command : commands_)
     if (!command.part.empty()) static_cast<void>(number_of(command.part));
 }
@@ -44,7 +48,7 @@ std::uint32_t HoldRun::number_of(const std::string& part) const {
   const PartScenes& parts = *session_.parts();
   std::string names;
   for (std::uint32_t k = 0; k < parts.count(); ++k) {
-    if (!parts.may_be_held(k)) continue;
+    if (!parts.may_be_taken(k)) continue;
     if (parts.name(k) == part) return k;
     names += (names.empty() ? "" : ", ") + std::string(parts.name(k));
   }

@@ -57,8 +57,9 @@ void BodyLaw::place(Arena& arena, std::span<const BodyPairScene> pairs,
   way_ = place_rest(arena, count_, program_);
 }
 
-void BodyLaw::count_bytes(Arena& arena, std::span<const BodyPairScene> pairs,
-                          std::uint32_t bodies) noexcept {
+// It takes most of the stack that a function may: a frame of its own.
+[[gnu::noinline]] void BodyLaw::count_bytes(Arena& arena, std::span<const BodyPairScene> pairs,
+                                            std::uint32_t bodies) noexcept {
   NearScratch scratch;
   BlockProgram program;
   static_cast<void>(place_pairs(arena, pairs, scratch));

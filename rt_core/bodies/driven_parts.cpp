@@ -51,19 +51,19 @@ void DrivenParts::begin(std::span<const DrivenRecord> records,
   }
 }
 
-bool DrivenParts::follow(const DrivenInput& input) noexcept {
+std::uint32_t DrivenParts::follow(const DrivenInput& input) noexcept {
   const Real passed_s =
       last_ns_ == 0 || input.now_ns <= last_ns_ ? 0 : seconds_between(last_ns_, input.now_ns);
   last_ns_ = input.now_ns;
-  bool is_cause = false;
+  std::uint32_t released = 0;
   for (std::uint32_t k = 0; k < count(); ++k) {
     DrivenState& state = states_[k];
     MovingFrame& frame = frames_[k];
     const FrameRecord given = k < input.newest.size() ? input.newest[k] : FrameRecord{};
-    const bool is_felt = input.is_felt && state.touches;
+    const bool is_felt = input.is_felt && state.touches();
     state.is_lost = frame.follow(within(given, records_[k]), input.now_ns, is_felt);
     state.commanded_wa = frame.pose();
-    is_cause = is_cause || (state.is_lost && state.touches);
+    if (state.is_lost) released |= state.touched_by;
     Reach& reach = reach_[k];
     const auto more = [&](Real& left, double fastest) {
       const Real speed = kCatchUp * static_cast<Real>(fastest);
@@ -72,7 +72,7 @@ bool DrivenParts::follow(const DrivenInput& input) noexcept {
     more(reach.way_m, records_[k].fastest_m_per_s);
     more(reach.turn_rad, records_[k].fastest_rad_per_s);
   }
-  return is_cause;
+  return released;
 }
 
 GripPose DrivenParts::grip_of(std::uint32_t k, const Pose& pose_wa) const noexcept {
@@ -100,7 +100,7 @@ GripPose DrivenParts::goal(std::uint32_t k) const noexcept {
 }
 
 void DrivenParts::take(std::uint32_t k, const GripPose& felt, const Wrench& pushed_w,
-                       bool touches) noexcept {
+                       std::uint32_t touched_by) noexcept {
   DrivenState& state = states_[k];
   const Vec3 middle_w = felt.r_wa * middle_of(records_[k]);
   const GripPose commanded = grip_of(k, state.commanded_wa);
@@ -110,7 +110,7 @@ void DrivenParts::take(std::uint32_t k, const GripPose& felt, const Wrench& push
   state.lag_m = size(error.translation_m);
   state.lag_rad = size(error.rotation_rad);
   state.pushed_w = {pushed_w.force_w, pushed_w.torque_w + middle_w.cross(pushed_w.force_w)};
-  state.touches = touches;
+  state.touched_by = touched_by;
   reach_[k] = Reach();
 }
 
@@ -119,7 +119,7 @@ void DrivenParts::pass(std::uint32_t k) noexcept {
   state.felt_wa = state.commanded_wa;
   state.lag_m = state.lag_rad = 0;
   state.pushed_w = Wrench{};
-  state.touches = false;
+  state.touched_by = 0;
   reach_[k] = Reach();
 }
 

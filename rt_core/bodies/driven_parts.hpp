@@ -32,12 +32,14 @@ struct DrivenInput {
 
 /// A driven part after a tick, in the frame of the fixed parts.
 struct DrivenState {
-  Pose commanded_wa;            ///< of its mesh frame, where its owner has it now
-  Pose felt_wa;                 ///< where it is
-  Real lag_m = 0, lag_rad = 0;  ///< between the two, at its middle
-  Wrench pushed_w;              ///< by what it touches, about its mesh frame's origin, W axes
-  bool touches = false;         ///< the part that is held
-  bool is_lost = false;         ///< its stream is late, too fast or no pose: it stands
+  Pose commanded_wa;             ///< of its mesh frame, where its owner has it now
+  Pose felt_wa;                  ///< where it is
+  Real lag_m = 0, lag_rad = 0;   ///< between the two, at its middle
+  Wrench pushed_w;               ///< by what it touches, about its mesh frame's origin, W axes
+  std::uint32_t touched_by = 0;  ///< hands whose part it touches, bit by hand
+  bool is_lost = false;          ///< its stream is late, too fast or no pose: it stands
+
+  [[nodiscard]] bool touches() const noexcept { return touched_by != 0; }
 };
 
 /// Owner: the servo thread. Memory: sizeof; no heap. Same inputs, same bits.
@@ -46,9 +48,9 @@ class DrivenParts {
   /// The parts stand at `starts`, of their mesh frames. Both outlive this; at most kMostDriven.
   void begin(std::span<const DrivenRecord> records, std::span<const Pose> starts) noexcept;
 
-  /// One tick of all streams. @return whether one is lost that touches the part which is held: a
-  /// cause to release the hand. Cost: constant for each.
-  bool follow(const DrivenInput& input) noexcept;
+  /// One tick of all streams. @return the hands, bit by hand, whose part touches one that is lost:
+  /// a cause to release them. Cost: constant for each.
+  std::uint32_t follow(const DrivenInput& input) noexcept;
 
   [[nodiscard]] std::uint32_t count() const noexcept {
     return static_cast<std::uint32_t>(records_.size());
@@ -63,7 +65,8 @@ class DrivenParts {
   [[nodiscard]] GripPose felt(std::uint32_t k) const noexcept;
   [[nodiscard]] GripPose goal(std::uint32_t k) const noexcept;
   /// It was moved to `felt`, where what it touches exerts `pushed_w` about its middle.
-  void take(std::uint32_t k, const GripPose& felt, const Wrench& pushed_w, bool touches) noexcept;
+  void take(std::uint32_t k, const GripPose& felt, const Wrench& pushed_w,
+            std::uint32_t touched_by) noexcept;
   /// Nothing that moves meets it: it is where its owner has it.
   void pass(std::uint32_t k) noexcept;
 

@@ -72,20 +72,24 @@ std::span<const std::byte> PartScenes::scene_of(std::uint32_t part) const noexce
                          static_cast<std::size_t>(parts_[part].scene_bytes));
 }
 
-std::span<const std::byte> PartScenes::pair_scene(std::uint32_t part,
-                                                  std::uint32_t driven) const noexcept {
-  for (const DrivenPair& pair : pairs_) {
-    if (pair.held != part || pair.driven != driven) continue;
+std::span<const std::byte> PartScenes::pair_scene(std::uint32_t a, std::uint32_t b) const noexcept {
+  for (const BodyPairRecord& pair : pairs_) {
+    if (pair.a != a || pair.b != b) continue;
     return scenes_.subspan(static_cast<std::size_t>(pair.scene_begin),
                            static_cast<std::size_t>(pair.scene_bytes));
   }
   return {};
 }
 
+/// It is driven, or one of those that two hands hold.
+bool PartScenes::moves_beside(std::uint32_t part) const noexcept {
+  return parts_[part].role == PartRole::kDriven || (hands() > 1 && part < hands());
+}
+
 bool PartScenes::meets_standing(std::uint32_t part) const noexcept {
   const std::span<const std::uint32_t> others = others_of(part);
   return std::none_of(others.begin(), others.end(),
-                      [&](std::uint32_t other) { return parts_[other].role == PartRole::kDriven; });
+                      [&](std::uint32_t other) { return moves_beside(other); });
 }
 
 bool PartScenes::holds_bytes(std::uint64_t begin, std::uint64_t bytes) const noexcept {
@@ -94,7 +98,7 @@ bool PartScenes::holds_bytes(std::uint64_t begin, std::uint64_t bytes) const noe
 
 /// Checks what the scene says of driven parts, after the records of all parts.
 RtStatus PartScenes::check_driven() const noexcept {
-  if (driven_.size() > kMostDriven) return RtStatus::kBlobBadCount;
+  if (driven_.size() + std::max(hands(), 1u) > kMostDriven + 1) return RtStatus::kBlobBadCount;
   const auto is_positive = [](double x) { return x > 0 && x < HUGE_VAL; };
   std::uint32_t next = 0;
   for (const DrivenRecord& driven : driven_) {
@@ -113,17 +117,40 @@ RtStatus PartScenes::check_driven() const noexcept {
   const auto is_driven = [](const PartRecord& part) { return part.role == PartRole::kDriven; };
   if (std::cmp_not_equal(std::count_if(parts_.begin(), parts_.end(), is_driven), driven_.size()))
     return RtStatus::kBlobBadCount;
-  for (const DrivenPair& pair : pairs_) {
-    if (pair.held >= count() || !may_be_held(pair.held) || pair.driven >= driven_.size() ||
-        pair.scene_bytes == 0 || !holds_bytes(pair.scene_begin, pair.scene_bytes)) {
+  return RtStatus::kOk;
+}
+
+/// Checks what it says of parts that meet while both move.
+RtStatus PartScenes::check_pairs() const noexcept {
+  for (const BodyPairRecord& pair : pairs_) {
+    if (pair.a >= count() || pair.b >= count() || pair.a == pair.b || !may_be_held(pair.a) ||
+        !moves_beside(pair.b) || pair.scene_bytes == 0 ||
+        !holds_bytes(pair.scene_begin, pair.scene_bytes)) {
       return RtStatus::kBlobBadIndex;
     }
     SceneView opened;
-    const RtStatus status = SceneView::open(pair_scene(pair.held, pair.driven), opened);
+    const RtStatus status = SceneView::open(pair_scene(pair.a, pair.b), opened);
     if (status != RtStatus::kOk) return status;
     if (opened.bodies().size() != 2) return RtStatus::kBlobBadCount;
   }
   return RtStatus::kOk;
+}
+
+/// Its role is one that part `k` of this scene may have.
+bool PartScenes::has_known_role(std::uint32_t k) const noexcept {
+  const bool is_held = parts_[k].scene_bytes > 0;
+  switch (parts_[k].role) {
+    case PartRole::kHand:
+      return k == 0 && is_held;
+    case PartRole::kHand2:
+      return k == 1 && is_held;
+    case PartRole::kPlaced:
+      return k > 0 && hands() == 1 && is_held;
+    case PartRole::kFixed:
+    case PartRole::kDriven:
+      return k > 0 && !is_held;
+  }
+  return false;
 }
 
 RtStatus PartScenes::open(const SceneView& scene, PartScenes& parts) noexcept {
@@ -133,7 +160,7 @@ RtStatus PartScenes::open(const SceneView& scene, PartScenes& parts) noexcept {
   p.bodies_ = section<std::uint32_t>(scene, SectionId::kPartBodies);
   p.scenes_ = section<std::byte>(scene, SectionId::kPartScenes);
   p.driven_ = section<DrivenRecord>(scene, SectionId::kDriven);
-  p.pairs_ = section<DrivenPair>(scene, SectionId::kDrivenPairs);
+  p.pairs_ = section<BodyPairRecord>(scene, SectionId::kBodyPairs);
   if (p.parts_.empty() && p.bodies_.empty() && p.scenes_.empty()) {
     parts = p;
     return RtStatus::kOk;
@@ -142,15 +169,11 @@ RtStatus PartScenes::open(const SceneView& scene, PartScenes& parts) noexcept {
     return RtStatus::kBlobBadCount;
   for (std::uint32_t k = 0; k < p.count(); ++k) {
     const PartRecord& part = p.parts_[k];
-    const bool is_hand = part.role == PartRole::kHand, is_held = part.scene_bytes > 0;
-    const bool may_hold = is_hand || part.role == PartRole::kPlaced;
-    const bool is_known =
-        may_hold || part.role == PartRole::kFixed || part.role == PartRole::kDriven;
-    const bool has_law = part.law_bytes > 0;
-    if (!is_known || is_hand != (k == 0) || is_held != may_hold ||
-        has_law != (is_held && !p.driven_.empty()) || !is_place(start_in(part))) {
+    const bool is_held = part.scene_bytes > 0, has_law = part.law_bytes > 0;
+    if (!p.has_known_role(k) || !is_place(start_in(part))) return RtStatus::kBlobBadNumber;
+    const bool moves_alone = p.driven_.empty() && p.hands() == 1;
+    if (has_law != (is_held && !moves_alone && part.role != PartRole::kHand2))
       return RtStatus::kBlobBadNumber;
-    }
     if (!is_held) continue;
     if (!check::within(part.body_begin, part.body_count, p.bodies_.size()) ||
         !p.holds_bytes(part.scene_begin, part.scene_bytes)) {
@@ -167,7 +190,8 @@ RtStatus PartScenes::open(const SceneView& scene, PartScenes& parts) noexcept {
         std::max(p.most_state_bytes_, static_cast<std::size_t>(held.header().capacity.state_bytes));
     p.most_law_bytes_ = std::max(p.most_law_bytes_, std::size_t{part.law_bytes});
   }
-  const RtStatus status = p.check_driven();
+  RtStatus status = p.check_driven();
+  if (status == RtStatus::kOk) status = p.check_pairs();
   if (status == RtStatus::kOk) parts = p;
   return status;
 }

@@ -6,7 +6,11 @@
 /// where they are. Parts that their owner moves are in none of these scenes: each makes one with
 /// each part that may be held, in which it alone stands. A scene needs a static body: where a part
 /// that may be held meets driven parts alone, these stand in its scene too, at their start.
+///
+/// Two hands hold part 0 and part 1 all the time. Each is in the scene of the other as a driven
+/// part is: not at all, or where nothing else stands there.
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -20,8 +24,10 @@ namespace haptic {
 
 /// Parts of one scene, at most.
 inline constexpr std::uint32_t kMostParts = 64;
-/// Those of them that their owner moves.
+/// Those of them that their owner moves; with two hands one fewer.
 inline constexpr std::uint32_t kMostDriven = 7;
+/// Hands that hold one.
+inline constexpr std::uint32_t kMostHands = 2;
 /// Without a newer pose a driven part is late after this, at most [s].
 inline constexpr double kLatestDriven_s = 0.5;
 /// Stiffness of the spring that leads a driven part over that of the hand's spring, as the compiler
@@ -44,24 +50,32 @@ class PartScenes {
   [[nodiscard]] bool may_be_held(std::uint32_t part) const noexcept {
     return parts_[part].scene_bytes > 0;
   }
+  /// The hand may let go what it holds and take it: not where there are two.
+  [[nodiscard]] bool may_be_taken(std::uint32_t part) const noexcept {
+    return hands() == 1 && may_be_held(part);
+  }
+  /// Hands that hold a part at the start: hand k holds part k.
+  [[nodiscard]] std::uint32_t hands() const noexcept {
+    return count() > 1 && parts_[1].role == PartRole::kHand2 ? 2 : std::min(count(), 1u);
+  }
   /// UTF-8, not terminated.
   [[nodiscard]] std::string_view name(std::uint32_t part) const noexcept;
   /// Where the part is at the start.
   [[nodiscard]] PartPlace start_of(std::uint32_t part) const noexcept;
-  /// The parts that are the static bodies of the scene of `part`, in their order: driven ones only
-  /// where it meets no other.
+  /// The parts that are the static bodies of the scene of `part`, in their order: those that move
+  /// too only where it meets no other.
   [[nodiscard]] std::span<const std::uint32_t> others_of(std::uint32_t part) const noexcept;
   /// The scene in which `part` is held, as it was compiled; empty: it may not be.
   [[nodiscard]] std::span<const std::byte> scene_of(std::uint32_t part) const noexcept;
-  /// False: the static bodies of the scene of `part` are driven parts, for it meets nothing else.
+  /// False: the static bodies of the scene of `part` move too, for it meets nothing else.
   [[nodiscard]] bool meets_standing(std::uint32_t part) const noexcept;
   /// Parts that their owner moves, ascending by part.
   [[nodiscard]] std::span<const DrivenRecord> driven() const noexcept { return driven_; }
-  /// The scene in which `part` moves and driven part `driven` stands at its mesh frame, as it was
-  /// compiled; empty: the two never meet. Cost: O(pairs).
-  [[nodiscard]] std::span<const std::byte> pair_scene(std::uint32_t part,
-                                                      std::uint32_t driven) const noexcept;
-  /// State of the law of any part among driven ones, at most; 0: none is driven.
+  /// The scene in which part `a` moves and part `b`, which moves too, stands at its mesh frame, as
+  /// it was compiled; empty: the two never meet, or B is the one that moves. Cost: O(pairs).
+  [[nodiscard]] std::span<const std::byte> pair_scene(std::uint32_t a,
+                                                      std::uint32_t b) const noexcept;
+  /// State of the law of any part among others that move, at most; 0: none does.
   [[nodiscard]] std::size_t most_law_bytes() const noexcept { return most_law_bytes_; }
   /// Bytes of the largest of these scenes, and state of a core for any of them.
   [[nodiscard]] std::size_t most_bytes() const noexcept { return most_bytes_; }
@@ -79,6 +93,9 @@ class PartScenes {
 
  private:
   [[nodiscard]] RtStatus check_driven() const noexcept;
+  [[nodiscard]] RtStatus check_pairs() const noexcept;
+  [[nodiscard]] bool has_known_role(std::uint32_t k) const noexcept;
+  [[nodiscard]] bool moves_beside(std::uint32_t part) const noexcept;
   [[nodiscard]] bool holds_bytes(std::uint64_t begin, std::uint64_t bytes) const noexcept;
 
   const SceneView* scene_ = nullptr;
@@ -86,7 +103,7 @@ class PartScenes {
   std::span<const std::uint32_t> bodies_;
   std::span<const std::byte> scenes_;
   std::span<const DrivenRecord> driven_;
-  std::span<const DrivenPair> pairs_;
+  std::span<const BodyPairRecord> pairs_;
   std::size_t most_bytes_ = 0, most_state_bytes_ = 0, most_law_bytes_ = 0;
 };
 

@@ -143,6 +143,15 @@ ConeRun cones_of(std::span<const PieceRecord> pieces, std::span<const ConeRange>
 
 }  // namespace
 
+Pose pose_of(const PartPlace& place) noexcept {
+  const double* const q = place.q_wa_xyzw;
+  Pose pose;
+  for (int k = 0; k < 3; ++k) pose.p_wa[k] = static_cast<Real>(place.p_wa_m[k]);
+  pose.q_wa = Quat(static_cast<Real>(q[3]), static_cast<Real>(q[0]), static_cast<Real>(q[1]),
+                   static_cast<Real>(q[2]));
+  return pose;
+}
+
 RtStatus PlacedBodies::begin(const SceneView& scene, const PartPlace& start,
                              std::span<std::byte> memory) noexcept {
   const std::span<const std::byte> blob = scene.blob();

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <span>
 
+#include "rt_core/base/pose.hpp"
 #include "rt_core/base/status.hpp"
 #include "rt_core/scene/scene_view.hpp"
 
@@ -21,6 +22,9 @@ struct PartPlace {
 
   friend bool operator==(const PartPlace&, const PartPlace&) = default;
 };
+
+/// In Real; Pose::q_wa as the place has it.
+[[nodiscard]] Pose pose_of(const PartPlace& place) noexcept;
 
 /// How a static body was moved since its scene was compiled: a point x_W of it is at turn x_W +
 /// shift now.

@@ -59,7 +59,7 @@ enum class SectionId : std::uint32_t {
   kPartBodies = 28,       ///< u32: the parts that are the static bodies of each part's scene
   kPartScenes = 29,       ///< bytes: the scenes in which parts are held, each aligned as this one
   kDriven = 30,           ///< DrivenRecord, ascending by part; only where an owner moves parts
-  kDrivenPairs = 31       ///< DrivenPair; with kDriven alone
+  kBodyPairs = 31         ///< BodyPairRecord; only where several parts move at once
 };
 
 /// Vertices of a piece in kVertexLanes come in a multiple of this; the rest repeats vertex 0.
@@ -276,14 +276,15 @@ enum class PartRole : std::uint32_t {
   kFixed = 1,   ///< never held
   kHand = 2,    ///< held at the start: body 0 of the scene around
   kPlaced = 3,  ///< may be held, and stays where it is let go
-  kDriven = 4   ///< never held: its owner moves it, and it pushes what is held
+  kDriven = 4,  ///< never held: its owner moves it, and it pushes what is held
+  kHand2 = 5    ///< held by the second hand all the time, and the first part by the first: part 1
 };
 
 /// A part of a scene whose parts the hand holds one after another (scene/part_scenes.hpp). Each
 /// that may be held has a scene of its own, in which it is the moving body.
 struct PartRecord {
   PartRole role;
-  std::uint32_t law_bytes;    ///< state of its law among driven parts (DrivenMotion); else 0
+  std::uint32_t law_bytes;    ///< state of its law among others that move (JointMotion); else 0
   double start_p_wa_m[3];     ///< where its mesh frame is in W in all these scenes
   double start_q_wa_xyzw[4];  ///< unit
   std::uint64_t scene_begin;  ///< in kPartScenes, a multiple of kSceneAlignment
@@ -304,11 +305,10 @@ struct DrivenRecord {
   double radius_m;     ///< every vertex lies within it of that point; > 0
 };
 
-/// A part that may be held, and a driven one that it may meet. In the scene of the two the held one
-/// moves, and the driven one, alone, stands at its mesh frame.
-struct DrivenPair {
-  std::uint32_t held;         ///< number of the part
-  std::uint32_t driven;       ///< in kDriven
+/// Two parts that may meet while both move: one that may be held, and a driven one or that of the
+/// other hand. In the scene of the two A moves, and B, alone, stands at its mesh frame.
+struct BodyPairRecord {
+  std::uint32_t a, b;         ///< numbers of the parts; of those of two hands A is the smaller one
   std::uint64_t scene_begin;  ///< in kPartScenes, a multiple of kSceneAlignment
   std::uint64_t scene_bytes;
 };
@@ -496,7 +496,7 @@ static_assert(sizeof(DeviceParameters) == 168 && sizeof(CouplingParameters) == 1
 static_assert(sizeof(GuideRecord) == 64 && sizeof(GuideStation) == 16 * sizeof(Real) + 8);
 static_assert(sizeof(BodyRecord) == 72 && sizeof(PieceRecord) == 120 && sizeof(FaceRecord) == 20 &&
               sizeof(SimplifiedBody) == 24 && sizeof(PartRecord) == 88 &&
-              sizeof(DrivenRecord) == 80 && sizeof(DrivenPair) == 24);
+              sizeof(DrivenRecord) == 80 && sizeof(BodyPairRecord) == 24);
 static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);
 static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) &&
               sizeof(EdgeDirection) == 4 * sizeof(Real) && sizeof(EdgeArc) == 16 * sizeof(Real));

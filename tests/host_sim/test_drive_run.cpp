@@ -122,7 +122,7 @@ TEST_SUITE("host_sim.drive_run") {
     CHECK(static_cast<double>(bench.plate().lag_m) == doctest::Approx(give_m).epsilon(0.05));
     CHECK(static_cast<double>(bench.plate().pushed_w.force_w[0]) ==
           doctest::Approx(-force_n).epsilon(1e-3));
-    CHECK(bench.plate().touches);
+    CHECK(bench.plate().touches());
     CHECK(bench.last.situation == ContactSituation::kFaceFace);
     CHECK((bench.last.flags & (kFlagDrivenBehind | kFlagDrivenLost)) == 0);
     CHECK(bench.is_bounded());
@@ -220,7 +220,7 @@ TEST_SUITE("host_sim.drive_run") {
         bench.tick();
         if (bench.plate().lag_m < static_cast<Real>(2e-4)) continue;
         ++squeezed;
-        if (!bench.plate().touches) ++untouched;
+        if (!bench.plate().touches()) ++untouched;
         if ((bench.last.flags & (kFlagProxyStuck | kFlagProxyLimited)) != 0) ++stuck;
       }
       // A part that the hand presses by less than the plate is behind by was let go of once.

@@ -5,7 +5,7 @@ namespace haptic::tools {
 
 bool open_driven_shape(const PartScenes& parts, std::uint32_t driven, SceneView& scene) noexcept {
   for (std::uint32_t part = 0; part < parts.count(); ++part) {
-    const std::span<const std::byte> bytes = parts.pair_scene(part, driven);
+    const std::span<const std::byte> bytes = parts.pair_scene(part, parts.driven()[driven].part);
     if (!bytes.empty()) return SceneView::open(bytes, scene) == RtStatus::kOk;
   }
   return false;

@@ -24,7 +24,7 @@ RtStatus HeldParts::begin() noexcept {
   const auto room = [&](std::size_t k) {
     return PartHand::Room{scene[k].span(), state[k].span(), law[k].span()};
   };
-  return hand.begin(scenes, room(0), room(1));
+  return hands.begin(scenes, {room(0), room(1)});
 }
 
 }  // namespace haptic::tools

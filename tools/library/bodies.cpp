@@ -33,7 +33,7 @@ void note_driven(const PartHand& hand, HeldNow& now) noexcept {
     driven.lag_rad = static_cast<double>(state.lag_rad);
     const Wrench& pushed = state.pushed_w;
     write_numbers(Wrench{frame.q_wa * pushed.force_w, frame.q_wa * pushed.torque_w}, driven.wrench);
-    driven.touches = state.touches ? 1 : 0;
+    driven.touches = state.touches() ? 1 : 0;
     driven.lost = state.is_lost ? 1 : 0;
   }
 }

@@ -19,11 +19,14 @@ using namespace haptic::tools;
 
 namespace {
 
-/// A scene whose parts the hand holds one after another has this.
+/// A scene whose parts are held, by one hand or two, has this.
 struct alignas(kStateAlignment) PartsOfCore {
   PartScenes scenes;
-  PartHand hand;
+  Hands hands;
   std::array<FrameRecord, kMostDriven> driven;  ///< the newest poses
+
+  /// The first one.
+  [[nodiscard]] PartHand& hand() noexcept { return hands.hand(0); }
 };
 
 }  // namespace
@@ -131,9 +134,9 @@ RtStatus create(haptic_core& handle, std::byte* memory, std::size_t bytes) noexc
   handle.parts = new (memory) PartsOfCore;  // placement, no heap
   handle.parts->scenes = parts;
   std::byte* const rooms = memory + sizeof(PartsOfCore);
-  const RtStatus begun = handle.parts->hand.begin(handle.parts->scenes, room_at(rooms, parts),
-                                                  room_at(rooms + room_bytes(parts), parts));
-  note_driven(handle.parts->hand, handle.held);
+  const RtStatus begun = handle.parts->hands.begin(
+      handle.parts->scenes, {room_at(rooms, parts), room_at(rooms + room_bytes(parts), parts)});
+  note_driven(handle.parts->hand(), handle.held);
   return begun;
 }
 
@@ -149,16 +152,16 @@ int step(haptic_core& handle, const double* pose, std::int64_t stamp_ns, bool cl
     PartsOfCore& parts = *handle.parts;
     const std::size_t driven = parts.scenes.driven().size();
     if (driven > 0)
-      parts.hand.follow({std::span(parts.driven).first(driven), stamp_ns, handle.is_felt});
-    result = parts.hand.step(input);
+      parts.hands.follow({std::span(parts.driven).first(driven), stamp_ns, handle.is_felt});
+    result = parts.hands.step(input);
   } else {
     result = handle.core->step(input);
   }
   handle.judge.take(result);
   handle.is_felt = !result.wrench_w.force_w.isZero(0) || !result.wrench_w.torque_w.isZero(0);
   if (handle.parts != nullptr) {
-    note_driven(handle.parts->hand, handle.held);
-    handle.held.hold = hold_of(handle.parts->hand);
+    note_driven(handle.parts->hand(), handle.held);
+    handle.held.hold = hold_of(handle.parts->hand());
     write_numbers(result.proxy_pose_wa, handle.held.felt_pose);
   }
   if (result.status != RtStatus::kOk) return HAPTIC_ERROR_POSE;
@@ -286,7 +289,7 @@ int haptic_core_reset(haptic_core* core) {
   const CoreCall call(core);
   if (call.error() != HAPTIC_OK) return call.error();
   if ((*call).parts != nullptr) {
-    (*call).parts->hand.reset();
+    (*call).parts->hand().reset();
   } else {
     (*call).core->reset();
   }
@@ -300,20 +303,20 @@ int haptic_core_hold_part(haptic_core* core, uint32_t hand, uint32_t part) {
   if (call.error() != HAPTIC_OK) return call.error();
   PartsOfCore* const parts = (*call).parts;
   if (parts == nullptr || hand != 0 || part >= parts->scenes.count() ||
-      !parts->scenes.may_be_held(part))
+      !parts->scenes.may_be_taken(part))
     return HAPTIC_ERROR_PART;
-  const PartHand::Phase phase = parts->hand.phase();
-  if (phase == PartHand::Phase::kHolding && parts->hand.part() == part) return HAPTIC_OK;
-  parts->hand.release();
+  const PartHand::Phase phase = parts->hand().phase();
+  if (phase == PartHand::Phase::kHolding && parts->hand().part() == part) return HAPTIC_OK;
+  parts->hand().release();
   if (phase != PartHand::Phase::kEmpty) return HAPTIC_ERROR_BUSY;
-  return parts->hand.prepare(part) == RtStatus::kOk ? HAPTIC_OK : HAPTIC_ERROR_INTERNAL;
+  return parts->hand().prepare(part) == RtStatus::kOk ? HAPTIC_OK : HAPTIC_ERROR_INTERNAL;
 }
 
 int haptic_core_release_part(haptic_core* core, uint32_t hand) {
   const CoreCall call(core);
   if (call.error() != HAPTIC_OK) return call.error();
   if ((*call).parts == nullptr || hand != 0) return HAPTIC_ERROR_PART;
-  (*call).parts->hand.release();
+  (*call).parts->hand().release();
   return HAPTIC_OK;
 }
 
@@ -325,7 +328,7 @@ int haptic_core_bodies(haptic_core* core, haptic_body* bodies, size_t capacity, 
   if (call.error() != HAPTIC_OK) return call.error();
   const PartsOfCore* const parts = (*call).parts;
   if (parts == nullptr) return HAPTIC_ERROR_PART;
-  *count = write_bodies(parts->scenes, parts->hand, (*call).held, {bodies, capacity});
+  *count = write_bodies(parts->scenes, parts->hand(), (*call).held, {bodies, capacity});
   return HAPTIC_OK;
 }
 

@@ -72,7 +72,7 @@ std::size_t recorded_ticks(const SessionSettings& settings) {
 
 ServoTick tick_over(HapticCore* core, HeldParts* parts, const SceneView& view,
                     const ServoParameters& parameters, FlightRecorder& recorder) {
-  if (parts != nullptr) return ServoTick(parts->hand, parameters, &recorder);
+  if (parts != nullptr) return ServoTick(parts->hand(), parameters, &recorder);
   return ServoTick(*core, parameters, view.header().capacity, &recorder);
 }
 
@@ -244,7 +244,7 @@ void SimulatedSession::watch(void* self, const ServoInput& input, const ServoRes
 void SimulatedSession::note(const ServoInput& input, const ServoResult& result) noexcept {
   if (result.rendered_new) judge_.take(result.rendered);
   NewestTick record{HAPTIC_STATE_INIT, judge_.verdict(), {}};
-  if (parts_ != nullptr) record.held.hold = hold_of(parts_->hand);
+  if (parts_ != nullptr) record.held.hold = hold_of(parts_->hand());
   haptic_state& s = record.state;
   const StepResult& rendered = result.rendered;
   const hal::ServoLoopCounters& counters = loop_.counters();
@@ -257,7 +257,7 @@ void SimulatedSession::note(const ServoInput& input, const ServoResult& result) 
   write_numbers(Pose{frame.p_wa + frame.q_wa * felt.p_wa, frame.q_wa * felt.q_wa}, s.felt_pose);
   std::copy_n(s.felt_pose, 7, record.held.felt_pose);
   write_numbers(frame, record.held.frame_pose);
-  if (parts_ != nullptr) note_driven(parts_->hand, record.held);
+  if (parts_ != nullptr) note_driven(parts_->hand(), record.held);
   write_numbers(
       Wrench{frame.q_wa * rendered.wrench_w.force_w, frame.q_wa * rendered.wrench_w.torque_w},
       s.wrench);
@@ -299,7 +299,7 @@ void SimulatedSession::gains(haptic_gains& gains) const noexcept {
 }
 
 int SimulatedSession::hold_part(std::uint32_t part) {
-  if (parts_ == nullptr || part >= parts_->scenes.count() || !parts_->scenes.may_be_held(part))
+  if (parts_ == nullptr || part >= parts_->scenes.count() || !parts_->scenes.may_be_taken(part))
     return HAPTIC_ERROR_PART;
   constexpr std::int64_t kLongestRamp_ns = 2'000'000'000;
   const std::int64_t until_ns = hal::monotonic_ns() + kLongestRamp_ns;
@@ -313,7 +313,7 @@ int SimulatedSession::hold_part(std::uint32_t part) {
 /// Does what can be done now on the way to holding `part`. HAPTIC_ERROR_BUSY: it is not all.
 int SimulatedSession::go_on_to(std::uint32_t part) {
   const std::lock_guard lock(part_mutex_);
-  PartHand& hand = parts_->hand;
+  PartHand& hand = parts_->hand();
   switch (hand.phase()) {
     case PartHand::Phase::kEmpty:
       // Its scene was opened before, and a pose that was felt is a pose.
@@ -332,7 +332,7 @@ int SimulatedSession::go_on_to(std::uint32_t part) {
 int SimulatedSession::release_part() {
   if (parts_ == nullptr) return HAPTIC_ERROR_PART;
   const std::lock_guard lock(part_mutex_);
-  parts_->hand.release();
+  parts_->hand().release();
   return HAPTIC_OK;
 }
 
@@ -340,7 +340,7 @@ std::size_t SimulatedSession::bodies(std::span<haptic_body> bodies) const {
   if (parts_ == nullptr) return 0;
   const std::lock_guard lock(part_mutex_);
   NewestReader<NewestTick> reader(newest_);
-  return write_bodies(parts_->scenes, parts_->hand, reader.newest().held, bodies);
+  return write_bodies(parts_->scenes, parts_->hand(), reader.newest().held, bodies);
 }
 
 SessionVerdict SimulatedSession::verdict() const noexcept {

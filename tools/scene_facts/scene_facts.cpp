@@ -128,7 +128,7 @@ void add_driven(const PartScenes& parts, SceneFacts& facts) {
     DrivenFacts driven;
     driven.record = parts.driven()[j];
     for (std::uint32_t k = 0; k < parts.count(); ++k) {
-      const std::size_t bytes = parts.pair_scene(k, j).size();
+      const std::size_t bytes = parts.pair_scene(k, parts.driven()[j].part).size();
       driven.scenes += bytes > 0 ? 1 : 0;
       driven.scene_bytes += bytes;
     }
@@ -169,9 +169,9 @@ std::string section_name(SectionId id) {
                                            "part bodies",
                                            "part scenes",
                                            "driven parts",
-                                           "driven pairs"};
+                                           "body pairs"};
   const auto number = static_cast<std::uint32_t>(id);
-  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kDrivenPairs));
+  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kBodyPairs));
   if (number >= 1 && number <= std::size(kNames)) return kNames[number - 1];
   return "section " + std::to_string(number);
 }

@@ -112,8 +112,8 @@ RtStatus ViewCore::create() {
   if (opened != RtStatus::kOk) return opened;
   if (parts_ != nullptr) {
     state_ = parts_->state[0].span();
-    core_ = &parts_->hand.core();
-    shown_ = &parts_->hand.scene();
+    core_ = &parts_->hand().core();
+    shown_ = &parts_->hand().scene();
     return RtStatus::kOk;
   }
   shown_ = &view_;
@@ -179,11 +179,11 @@ void ViewCore::step() {
   step.clutched = input.clutched != 0;
   step.switches = input.switches;
   step.report_goal_contact = input.report_goal_contact != 0;
-  const StepResult made = parts_ != nullptr ? parts_->hand.step(step) : core_->step(step);
+  const StepResult made = parts_ != nullptr ? parts_->hands.step(step) : core_->step(step);
   judge_.take(made);
-  if (parts_ != nullptr && core_ != &parts_->hand.core()) {
-    core_ = &parts_->hand.core();
-    shown_ = &parts_->hand.scene();
+  if (parts_ != nullptr && core_ != &parts_->hand().core()) {
+    core_ = &parts_->hand().core();
+    shown_ = &parts_->hand().scene();
     show_scene();
   }
   result = tools::record_of(input.sequence, 1e-9 * static_cast<double>(input.stamp_ns), made,
@@ -200,8 +200,8 @@ void ViewCore::reset() {
   newest_ = {};
   // Each part at its start; the memory is the same, so what was saved of the first part fits.
   static_cast<void>(parts_->begin());
-  core_ = &parts_->hand.core();
-  shown_ = &parts_->hand.scene();
+  core_ = &parts_->hand().core();
+  shown_ = &parts_->hand().scene();
   show_scene();
 }
 

@@ -7,7 +7,7 @@
 namespace haptic::sim {
 
 bool ViewCore::meets_standing() const {
-  return parts_ == nullptr || parts_->scenes.meets_standing(parts_->hand.part());
+  return parts_ == nullptr || parts_->scenes.meets_standing(parts_->hand().part());
 }
 
 void ViewCore::list_state() {
@@ -15,7 +15,7 @@ void ViewCore::list_state() {
   if (parts_ == nullptr || parts_->scenes.driven().empty()) return;
   // The hand is put back where it lies, with all that it points to.
   state_pieces_.push_back(parts_->law[0].span());
-  state_pieces_.push_back(std::as_writable_bytes(std::span(&parts_->hand, 1)));
+  state_pieces_.push_back(std::as_writable_bytes(std::span(&parts_->hands, 1)));
   state_pieces_.push_back(std::as_writable_bytes(std::span(newest_)));
 }
 
@@ -27,16 +27,16 @@ void ViewCore::give() {
 void ViewCore::follow(std::int64_t now_ns, bool is_felt) {
   if (parts_ == nullptr || parts_->scenes.driven().empty()) return;
   const auto newest = std::span(newest_).first(parts_->scenes.driven().size());
-  static_cast<void>(parts_->hand.follow({newest, now_ns, is_felt}));
+  static_cast<void>(parts_->hands.follow({newest, now_ns, is_felt}));
 }
 
 void ViewCore::describe_driven() {
   answer.clear();
   if (parts_ == nullptr) return;
-  const DrivenParts& driven = parts_->hand.driven();
+  const DrivenParts& driven = parts_->hand().driven();
   for (std::uint32_t k = 0; k < driven.count(); ++k) {
     const DrivenState& state = driven.states()[k];
-    answer.counts.insert(answer.counts.end(), {state.touches ? 1u : 0u, state.is_lost ? 1u : 0u});
+    answer.counts.insert(answer.counts.end(), {state.touches() ? 1u : 0u, state.is_lost ? 1u : 0u});
     const tools::DrivenTick tick = tools::driven_tick(state);
     const auto add = [&](const auto& list) {
       for (const double x : list) answer.numbers.push_back(x);

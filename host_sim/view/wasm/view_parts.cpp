@@ -21,9 +21,9 @@ Vec3 grip_of(const SceneView& scene) {
 
 std::uint32_t ViewCore::hold(std::uint32_t part) {
   answer.clear();
-  if (parts_ == nullptr || part >= parts_->scenes.count() || !parts_->scenes.may_be_held(part))
+  if (parts_ == nullptr || part >= parts_->scenes.count() || !parts_->scenes.may_be_taken(part))
     return kHoldRefused;
-  PartHand& hand = parts_->hand;
+  PartHand& hand = parts_->hand();
   hand.release();
   if (hand.phase() != PartHand::Phase::kEmpty) return kHoldWaits;
   // Its scene was opened before, and a pose that was felt is a pose.
@@ -39,19 +39,19 @@ std::uint32_t ViewCore::hold(std::uint32_t part) {
 }
 
 void ViewCore::release() {
-  if (parts_ != nullptr) parts_->hand.release();
+  if (parts_ != nullptr) parts_->hand().release();
 }
 
 void ViewCore::describe_parts() {
   answer.clear();
   if (parts_ == nullptr) return;
   const PartScenes& parts = parts_->scenes;
-  const PartHand& hand = parts_->hand;
+  const PartHand& hand = parts_->hand();
   const PartHand::Phase phase = hand.phase();
   const bool holds = phase == PartHand::Phase::kHolding || phase == PartHand::Phase::kLettingGo;
   answer.counts = {holds ? hand.part() : 0xFFFFFFFFu, hand.part()};
   for (std::uint32_t k = 0; k < parts.count(); ++k) {
-    answer.counts.push_back(parts.may_be_held(k) ? 1 : 0);
+    answer.counts.push_back(parts.may_be_taken(k) ? 1 : 0);
     answer.text.append(parts.name(k)).append("\n");
   }
   for (const std::uint32_t other : parts.others_of(hand.part())) answer.counts.push_back(other);

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "rt_core/bodies/driven_motion.hpp"
+#include "rt_core/bodies/joint_motion.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/graph/scene_tables.hpp"
@@ -18,7 +18,7 @@ namespace {
 
 bool is_of_parts(SectionId id) {
   return id == SectionId::kParts || id == SectionId::kPartBodies || id == SectionId::kPartScenes ||
-         id == SectionId::kDriven || id == SectionId::kDrivenPairs;
+         id == SectionId::kDriven || id == SectionId::kBodyPairs;
 }
 
 /// A scene of a part, in memory of its own.
@@ -31,20 +31,58 @@ struct OpenedScene {
   SceneView view;
 };
 
-/// State of the law of `parts[number]`, which may be held, among driven parts.
-std::uint32_t law_bytes_of(const std::vector<HeldPart>& parts, std::size_t number) {
-  const HeldPart& part = parts[number];
-  const OpenedScene held(part.scene);
-  DrivenScenes scenes;
-  scenes.held = &held.view;
-  scenes.meets_standing = std::ranges::none_of(
-      part.others, [&](std::uint32_t other) { return parts.at(other).role == PartRole::kDriven; });
-  std::vector<std::unique_ptr<const OpenedScene>> with;
-  for (const PairScene& pair : part.pairs) {
-    with.push_back(std::make_unique<const OpenedScene>(pair.bytes));
-    scenes.with.at(pair.driven) = &with.back()->view;
+/// Parts of which the law is asked for, and the scenes that it is made of.
+class LawScenes {
+ public:
+  LawScenes(const std::vector<HeldPart>& parts, const std::vector<DrivenRecord>& driven)
+      : parts_(parts), driven_(driven) {}
+
+  /// State of the law of `part`, which may be held, among driven parts, and with that of a second
+  /// hand where there is one.
+  std::uint32_t bytes_of(std::size_t part, std::uint32_t hands) {
+    JointScenes scenes;
+    scenes.hands = hands;
+    for (std::uint32_t hand = 0; hand < hands; ++hand) add(part + hand, scenes.of[hand]);
+    for (std::uint32_t a = 0; hands > 1 && a < hands; ++a) {
+      const std::vector<std::byte>* const between = pair_of(a, 1 - a);
+      if (between == nullptr) continue;
+      scenes.between = &open(*between);
+      scenes.between_a = a;
+    }
+    return static_cast<std::uint32_t>(JointMotion::state_bytes(scenes));
   }
-  return static_cast<std::uint32_t>(DrivenMotion::state_bytes(scenes));
+
+ private:
+  [[nodiscard]] bool moves(std::uint32_t part) const {
+    const PartRole role = parts_.at(part).role;
+    return role == PartRole::kDriven || role == PartRole::kHand2 || role == PartRole::kHand;
+  }
+  const SceneView& open(std::span<const std::byte> bytes) {
+    opened_.push_back(std::make_unique<const OpenedScene>(bytes));
+    return opened_.back()->view;
+  }
+  [[nodiscard]] const std::vector<std::byte>* pair_of(std::size_t a, std::uint32_t b) const {
+    const std::vector<PairScene>& pairs = parts_[a].pairs;
+    const auto found = std::ranges::find(pairs, b, &PairScene::b);
+    return found == pairs.end() ? nullptr : &found->bytes;
+  }
+  void add(std::size_t part, JointScenes::OfHand& of) {
+    of.held = &open(parts_[part].scene);
+    of.meets_standing = std::ranges::none_of(parts_[part].others,
+                                             [&](std::uint32_t other) { return moves(other); });
+    for (std::size_t k = 0; k < driven_.size(); ++k) {
+      const std::vector<std::byte>* const pair = pair_of(part, driven_[k].part);
+      if (pair != nullptr) of.with.at(k) = &open(*pair);
+    }
+  }
+
+  const std::vector<HeldPart>& parts_;
+  const std::vector<DrivenRecord>& driven_;
+  std::vector<std::unique_ptr<const OpenedScene>> opened_;
+};
+
+std::uint32_t hands_of(const std::vector<HeldPart>& parts) {
+  return parts.size() > 1 && parts[1].role == PartRole::kHand2 ? 2 : 1;
 }
 
 /// Scenes one behind the other, each aligned.
@@ -70,13 +108,17 @@ std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
                                   const std::vector<DrivenRecord>& driven) {
   const OpenedScene around(scene);
   std::vector<PartRecord> records;
+  const std::uint32_t hands = hands_of(parts);
+  LawScenes laws(parts, driven);
   std::vector<std::uint32_t> bodies;
   SceneRow scenes;
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const HeldPart& part = parts[k];
     PartRecord record{};
     record.role = part.role;
-    if (!driven.empty() && !part.scene.empty()) record.law_bytes = law_bytes_of(parts, k);
+    const bool moves_alone = driven.empty() && hands == 1;
+    if (!moves_alone && !part.scene.empty() && part.role != PartRole::kHand2)
+      record.law_bytes = laws.bytes_of(k, hands);
     std::copy_n(part.start.p_wa_m, 3, record.start_p_wa_m);
     std::copy_n(part.start.q_wa_xyzw, 4, record.start_q_wa_xyzw);
     record.scene_begin = scenes.add(part.scene);
@@ -86,10 +128,10 @@ std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
     bodies.insert(bodies.end(), part.others.begin(), part.others.end());
     records.push_back(record);
   }
-  std::vector<DrivenPair> pairs;
+  std::vector<BodyPairRecord> pairs;
   for (std::uint32_t k = 0; k < parts.size(); ++k)
     for (const PairScene& pair : parts[k].pairs)
-      pairs.push_back({k, pair.driven, scenes.add(pair.bytes), pair.bytes.size()});
+      pairs.push_back({k, pair.b, scenes.add(pair.bytes), pair.bytes.size()});
   BlobBuilder blob;
   for (const SectionEntry& s : around.view.sections()) {
     if (is_of_parts(s.id)) continue;
@@ -100,10 +142,8 @@ std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
   blob.add(SectionId::kParts, records);
   blob.add(SectionId::kPartBodies, bodies);
   blob.add(SectionId::kPartScenes, scenes.bytes());
-  if (!driven.empty()) {
-    blob.add(SectionId::kDriven, driven);
-    blob.add(SectionId::kDrivenPairs, pairs);
-  }
+  if (!driven.empty()) blob.add(SectionId::kDriven, driven);
+  if (!driven.empty() || hands > 1) blob.add(SectionId::kBodyPairs, pairs);
   std::vector<std::byte> whole = blob.finish(around.view.header().capacity);
   const SceneBytes written{whole};
   SceneView opened;
@@ -136,9 +176,9 @@ SceneBytes with_changed(const SceneView& scene,
       part.scene = bytes_changed(scenes.scene_of(k));
       part.others.assign(scenes.others_of(k).begin(), scenes.others_of(k).end());
     }
-    for (std::uint32_t j = 0; j < scenes.driven().size(); ++j) {
-      const std::span<const std::byte> pair = scenes.pair_scene(k, j);
-      if (!pair.empty()) part.pairs.push_back({j, bytes_changed(pair)});
+    for (std::uint32_t b = 0; b < scenes.count(); ++b) {
+      const std::span<const std::byte> pair = scenes.pair_scene(k, b);
+      if (!pair.empty()) part.pairs.push_back({b, bytes_changed(pair)});
     }
     parts.push_back(std::move(part));
   }

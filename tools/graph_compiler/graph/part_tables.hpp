@@ -14,9 +14,9 @@
 
 namespace haptic::tools {
 
-/// The scene in which a part moves and driven part number `driven` alone stands, at its mesh frame.
+/// The scene in which a part moves and part `b` alone, which moves too, stands at its mesh frame.
 struct PairScene {
-  std::uint32_t driven = 0;
+  std::uint32_t b = 0;
   std::vector<std::byte> bytes;
 };
 
@@ -25,7 +25,7 @@ struct HeldPart {
   PartPlace start;
   std::vector<std::byte> scene;       ///< in which it is held; empty: never
   std::vector<std::uint32_t> others;  ///< the parts that are its static bodies, in their order
-  std::vector<PairScene> pairs;       ///< with the driven parts that it may meet
+  std::vector<PairScene> pairs;       ///< with parts that it may meet and that move too
 };
 
 /// `scene`, that of the part which is held at first, with what it says of its parts, by body.
@@ -35,8 +35,8 @@ std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
                                   const std::vector<HeldPart>& parts,
                                   const std::vector<DrivenRecord>& driven = {});
 
-/// `scene`, and in it the scenes of each of its parts, alone and with driven ones, as `changed`
-/// makes each of them.
+/// `scene`, and in it the scenes of each of its parts, alone and with others that move, as
+/// `changed` makes each of them.
 /// @throws InputError when the core refuses what comes of it.
 SceneBytes with_changed(const SceneView& scene,
                         const std::function<SceneBytes(const SceneView&)>& changed);

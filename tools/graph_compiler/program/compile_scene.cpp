@@ -625,12 +625,13 @@ void add_flush_notes(const SceneFile& scene, const SceneView& view,
   std::vector<FlushStep> steps =
       flush_steps(view, exposure, static_cast<double>(scale.tolerance_m),
                   kToldClimbs * (climb_m > 0.0 ? climb_m : kUsualClimb_m));
-  // A driven part stands beside a fixed one for a moment.
+  // A part that moves too stands beside a fixed one for a moment.
   std::erase_if(steps, [&](const FlushStep& step) {
-    const auto is_driven = [&](std::size_t body) {
-      return scene.statics[body - 1].role == PartRole::kDriven;
+    const auto moves = [&](std::size_t body) {
+      const PartRole role = scene.statics[body - 1].role;
+      return role == PartRole::kDriven || role == PartRole::kHand2;
     };
-    return step.body != step.other && (is_driven(step.body) || is_driven(step.other));
+    return step.body != step.other && (moves(step.body) || moves(step.other));
   });
   std::ranges::stable_sort(steps, std::ranges::greater{}, &FlushStep::height_m);
   for (std::size_t k = 0; k < std::min(steps.size(), kMostTold); ++k) {
@@ -687,7 +688,8 @@ namespace {
 
 /// Part 0 is the moving one.
 bool may_hold(const SceneFile& scene, std::size_t part) {
-  return part == 0 || scene.statics[part - 1].role == PartRole::kPlaced;
+  const PartRole role = numbered_part(scene, part).role;
+  return part == 0 || role == PartRole::kPlaced || role == PartRole::kHand2;
 }
 
 HeldPart part_of(const ScenePart& part) {
@@ -900,11 +902,17 @@ double pull_of(const CompiledScene& scene) {
   return view.parameters().coupling.max_pull_n;
 }
 
-/// The scenes in which `part` may be held: that of the parts that stand, and one with each driven
-/// part that it may meet. `result` is the scene around, which takes the warnings.
+/// Two hands that meet: A is the smaller part.
+bool is_a_of_hands(const SceneFile& scene, const CompiledParts& parts, std::size_t part) {
+  if (part > 1 || !scene.has_second_hand()) return false;
+  const auto size_m = [&](std::size_t k) { return parts.all()[k].report.diagonal_m; };
+  return part == 0 ? size_m(0) <= size_m(1) : size_m(1) < size_m(0);
+}
+
+/// The scenes in which `part` may be held: that of the parts that stand, and one with each that it
+/// may meet and that moves too. `result` is the scene around, which takes the warnings.
 void compile_held(const SceneFile& scene, const CompiledParts& parts, std::size_t part,
-                  const std::vector<DrivenRecord>& driven, const CompileOptions& options,
-                  HeldPart& held, CompiledScene& result) {
+                  const CompileOptions& options, HeldPart& held, CompiledScene& result) {
   const std::vector<std::size_t> met = parts_met(scene, part);
   const std::vector<std::size_t> others = parts_standing(scene, part);
   held.others.assign(others.begin(), others.end());
@@ -919,13 +927,14 @@ void compile_held(const SceneFile& scene, const CompiledParts& parts, std::size_
     take_warnings(standing, part, others, result);
     held.scene = standing.bytes;
   }
-  for (std::uint32_t j = 0; j < driven.size(); ++j) {
-    if (std::ranges::find(met, driven[j].part) == met.end()) continue;
-    const std::vector<std::size_t> alone{driven[j].part};
-    const CompiledScene pair = compiled_with(scene_of_pair(scene, part, driven[j].part),
-                                             parts.holding(part, alone), options);
+  for (const std::size_t other : met) {
+    const bool is_other_hand = other < 2 && is_a_of_hands(scene, parts, part);
+    if (numbered_part(scene, other).role != PartRole::kDriven && !is_other_hand) continue;
+    const std::vector<std::size_t> alone{other};
+    const CompiledScene pair =
+        compiled_with(scene_of_pair(scene, part, other), parts.holding(part, alone), options);
     take_warnings(pair, part, alone, result);
-    held.pairs.push_back({j, pair.bytes});
+    held.pairs.push_back({static_cast<std::uint32_t>(other), pair.bytes});
   }
 }
 
@@ -947,7 +956,7 @@ CompiledScene compiled_with_parts(const SceneFile& scene, const CompileOptions& 
   std::vector<HeldPart> held;
   for (std::size_t k = 0; k <= scene.statics.size(); ++k) {
     held.push_back(part_of(numbered_part(scene, k)));
-    if (may_hold(scene, k)) compile_held(scene, parts, k, driven, options, held[k], result);
+    if (may_hold(scene, k)) compile_held(scene, parts, k, options, held[k], result);
   }
   result.bytes = with_parts(result.bytes, held, driven);
   return result;

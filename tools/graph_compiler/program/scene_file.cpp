@@ -400,16 +400,19 @@ void read_moving(const TomlTable& top, const std::filesystem::path& folder, Scen
 
 PartRole read_role(const TomlTable& t) {
   const auto role = t.text("role");
-  if (!role) t.fail_missing("role", "give \"hand\", \"placed\", \"fixed\" or \"driven\"");
+  if (!role)
+    t.fail_missing("role", "give \"hand\", \"hand2\", \"placed\", \"fixed\" or \"driven\"");
   if (*role == "hand") return PartRole::kHand;
+  if (*role == "hand2") return PartRole::kHand2;
   if (*role == "placed") return PartRole::kPlaced;
   if (*role == "fixed") return PartRole::kFixed;
   if (*role == "driven") return PartRole::kDriven;
-  t.fail("role",
-         "is '" + *role +
-             "'; give \"hand\" for the part that is held at first, \"placed\" for one that "
-             "may be held and stays where it is let go, \"fixed\" for one that never moves, "
-             "\"driven\" for one that its owner moves");
+  t.fail("role", "is '" + *role +
+                     "'; give \"hand\" for the part that is held at first, \"hand2\" for that of a "
+                     "second hand, "
+                     "\"placed\" for one that may be held and stays where it is let go, \"fixed\" "
+                     "for one that never moves, "
+                     "\"driven\" for one that its owner moves");
 }
 
 /// Keys of a part that its owner moves.
@@ -480,6 +483,12 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
       t.fail("role", "is \"driven\" of part " + std::to_string(driven) +
                          " of that role; a scene has at most " + std::to_string(kMostDriven) +
                          ": make one fixed, or leave one out");
+    if (part.role == PartRole::kHand2) {
+      if (scene.has_second_hand())
+        t.fail("role", "is \"hand2\" of another part already; each hand holds one");
+      scene.statics.insert(scene.statics.begin(), std::move(part));
+      continue;
+    }
     if (part.role != PartRole::kHand) {
       scene.statics.push_back(std::move(part));
       continue;
@@ -493,6 +502,15 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
   if (!has_hand)
     top.fail("part", "none has role = \"hand\"; give it to the part that is held at first");
   if (scene.statics.empty()) top.fail("part", "is one alone; add the parts that it meets");
+  if (!scene.has_second_hand()) return;
+  if (driven == kMostDriven)
+    top.fail("part", "has two hands and " + std::to_string(driven) +
+                         " driven parts; give at most " + std::to_string(kMostDriven - 1) +
+                         " with two hands: make one fixed, or leave one out");
+  for (const ScenePart& part : scene.statics)
+    if (part.role == PartRole::kPlaced)
+      top.fail("part", "has two hands, which hold their parts all the time, and '" + part.name +
+                           "' is \"placed\"; make it fixed, or leave \"hand2\" out");
 }
 
 /// `[bodies]`: pairs of parts that are not compiled.
@@ -513,7 +531,7 @@ void read_never(const TomlTable& top, SceneFile& scene) {
   }
   for (std::size_t k = 0; k <= scene.statics.size(); ++k) {
     const ScenePart& part = numbered_part(scene, k);
-    const bool may_be_held = part.role == PartRole::kHand || part.role == PartRole::kPlaced;
+    const bool may_be_held = part.role != PartRole::kFixed && part.role != PartRole::kDriven;
     if (may_be_held && parts_met(scene, k).empty())
       bodies->fail("never", "leaves '" + part.name + "' nothing to meet; take a pair out");
   }
@@ -781,8 +799,9 @@ std::vector<std::size_t> parts_met(const SceneFile& scene, std::size_t part) {
 std::vector<std::size_t> parts_standing(const SceneFile& scene, std::size_t part) {
   const std::vector<std::size_t> met = parts_met(scene, part);
   std::vector<std::size_t> standing = met;
-  std::erase_if(standing,
-                [&](std::size_t k) { return numbered_part(scene, k).role == PartRole::kDriven; });
+  std::erase_if(standing, [&](std::size_t k) {
+    return numbered_part(scene, k).role == PartRole::kDriven || (k < 2 && scene.has_second_hand());
+  });
   return standing.empty() ? met : standing;
 }
 

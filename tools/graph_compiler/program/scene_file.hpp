@@ -125,6 +125,10 @@ struct SceneFile {
 
   /// The hand may hold its parts one after another.
   [[nodiscard]] bool has_parts() const { return !moving.name.empty(); }
+  /// Two hands hold the moving part and the first static one all the time.
+  [[nodiscard]] bool has_second_hand() const {
+    return !statics.empty() && statics[0].role == PartRole::kHand2;
+  }
   [[nodiscard]] bool never_turns() const {
     return orientation && !(orientation->max_angle_rad > 0.0);
   }
@@ -137,7 +141,8 @@ const ScenePart& numbered_part(const SceneFile& scene, std::size_t part);
 std::vector<std::size_t> parts_met(const SceneFile& scene, std::size_t part);
 
 /// Numbers of the parts that stand in the scene in which `part` is held, in their order: those that
-/// it may meet and no owner moves; where there are none, the driven ones that it may meet.
+/// it may meet and that neither an owner nor another hand moves; where there are none, all that it
+/// may meet.
 std::vector<std::size_t> parts_standing(const SceneFile& scene, std::size_t part);
 
 /// The scene in which `part` is held and `others` stand.

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt_core/hands.hpp"
+
+namespace haptic {
+
+RtStatus Hands::begin(const PartScenes& parts, const Each<PartHand::Room>& rooms) noexcept {
+  motion_ = nullptr;
+  count_ = parts.hands();
+  if (count_ > 1) return begin_two(parts, rooms);
+  return hands_[0].begin(parts, rooms[0], rooms[1]);
+}
+
+RtStatus Hands::open_law(const PartScenes& parts, std::span<std::byte> memory) noexcept {
+  JointScenes scenes;
+  scenes.hands = kMostHands;
+  bool meets = false;
+  RtStatus status = RtStatus::kOk;
+  for (std::uint32_t k = 0; k < kMostHands && status == RtStatus::kOk; ++k)
+    status = PartHand::open_driven(parts, k, hands_[k].sides_[0], scenes.of[k], meets);
+  for (std::uint32_t a = 0; a < kMostHands && status == RtStatus::kOk; ++a) {
+    const std::span<const std::byte> scene = parts.pair_scene(a, 1 - a);
+    if (scene.empty()) continue;
+    status = SceneView::open(scene, between_);
+    scenes.between = &between_;
+    scenes.between_a = a;
+  }
+  if (status != RtStatus::kOk) return status;
+  return JointMotion::create(memory, scenes, driven_, motion_);
+}
+
+RtStatus Hands::begin_two(const PartScenes& parts, const Each<PartHand::Room>& rooms) noexcept {
+  std::array<Pose, kMostDriven> starts;
+  for (std::uint32_t k = 0; k < parts.driven().size(); ++k)
+    starts[k] = pose_of(parts.start_of(parts.driven()[k].part));
+  driven_.begin(parts.driven(), std::span(starts).first(parts.driven().size()));
+  for (std::uint32_t k = 0; k < kMostHands; ++k) {
+    const RtStatus status = hands_[k].begin_of_two(parts, k, rooms[k], driven_);
+    if (status != RtStatus::kOk) return status;
+  }
+  const RtStatus status = open_law(parts, rooms[0].law);
+  if (status != RtStatus::kOk) return status;
+  for (std::uint32_t k = 0; k < kMostHands; ++k) {
+    hands_[k].join(*motion_);
+    const Pose start_wa = pose_of(parts.start_of(k));
+    goals_[k].q_wa = start_wa.q_wa;
+    goals_[k].r_wa = start_wa.q_wa.toRotationMatrix();
+    goals_[k].x0_w = start_wa.p_wa + goals_[k].r_wa * hands_[k].grip_a();
+  }
+  return RtStatus::kOk;
+}
+
+std::uint32_t Hands::follow(const DrivenInput& input) noexcept {
+  if (count_ == 1) return hands_[0].follow(input) ? 1u : 0u;
+  const std::uint32_t released = driven_.follow(input);
+  for (std::uint32_t k = 0; k < kMostHands; ++k) hands_[k].driven_lost_ = (released & 1u << k) != 0;
+  return released;
+}
+
+Hands::Each<StepResult> Hands::step(const Each<const StepInput*>& inputs) noexcept {
+  if (count_ > 1) return step_two(inputs);
+  return {inputs[0] != nullptr ? hands_[0].step(*inputs[0]) : StepResult{}, StepResult{}};
+}
+
+StepResult Hands::step(const StepInput& input) noexcept {
+  return count_ > 1 ? step_two({&input, nullptr})[0] : hands_[0].step(input);
+}
+
+void Hands::reset() noexcept {
+  for (std::uint32_t k = 0; k < count_; ++k) hands_[k].reset();
+}
+
+/// A pose that is none is refused by the core of its hand; the hand keeps its goal then.
+Hands::Each<StepResult> Hands::step_two(const Each<const StepInput*>& inputs) noexcept {
+  Each<StepResult> results;
+  Each<StepInput> given;
+  Each<Goal> goals;
+  Each<bool> aimed{};
+  for (std::uint32_t k = 0; k < kMostHands; ++k) {
+    if (inputs[k] == nullptr) continue;
+    PartHand& hand = hands_[k];
+    given[k] = hand.enter(*inputs[k]);
+    aimed[k] = hand.core().aim(given[k], goals[k]) == RtStatus::kOk;
+    if (aimed[k]) goals_[k] = goals[k].grip;
+    if (!aimed[k]) results[k] = hand.leave(hand.core().step(given[k]));
+  }
+  if (!aimed[0] && !aimed[1]) return results;
+  motion_->tick(goals_);
+  for (std::uint32_t k = 0; k < kMostHands; ++k) {
+    if (!aimed[k]) continue;
+    results[k] = hands_[k].leave(hands_[k].core().render(given[k], goals[k]));
+    hands_[k].take_given();
+  }
+  return results;
+}
+
+}  // namespace haptic
