@@ -14,24 +14,41 @@ std::uint32_t narrowed(std::int64_t periods) noexcept {
 
 }  // namespace
 
+void ServoLoop::step() noexcept {
+  if (two_ == nullptr) {
+    seats_[0].result = one_->step(seats_[0].input);
+    return;
+  }
+  const std::array<ServoResult, kMostHands> results =
+      two_->step({seats_[0].input, seats_[1].input});
+  for (std::size_t k = 0; k < kMostHands; ++k) seats_[k].result = results[k];
+}
+
 const ServoResult& ServoLoop::tick(std::int64_t now_ns, std::uint32_t late_periods) noexcept {
-  bool is_new = false;
-  input_.state = mailbox_.state(&is_new);
-  input_.now_ns = now_ns;
-  input_.late_periods = late_periods;
-  input_.report_goal_contact = settings_.report_goal_contact;
-  if (frames_) input_.frame = frames_->newest();
+  FrameRecord frame;
+  if (frames_) frame = frames_->newest();
   for (std::size_t k = 0; k < driven_count_; ++k) newest_driven_[k] = driven_[k]->newest();
-  input_.driven = std::span(newest_driven_).first(driven_count_);
-  input_.emergency_stop = emergency_stop_.exchange(false, std::memory_order_relaxed);
-  result_ = tick_.step(input_);
-  mailbox_.publish(result_.command);
+  const bool stops = emergency_stop_.exchange(false, std::memory_order_relaxed);
+  bool is_new = false, is_first_new = false;
+  for (Seat& seat : seats()) {
+    seat.input.state = seat.mailbox->state(&is_new);
+    if (&seat == seats_.data()) is_first_new = is_new;
+    seat.input.now_ns = now_ns;
+    seat.input.late_periods = late_periods;
+    seat.input.report_goal_contact = settings_.report_goal_contact;
+    seat.input.frame = frame;
+    seat.input.driven = std::span(newest_driven_).first(driven_count_);
+    seat.input.emergency_stop = stops;
+  }
+  step();
+  for (Seat& seat : seats()) seat.mailbox->publish(seat.result.command);
   counters_.ticks += 1;
   counters_.late += late_periods > 0 ? 1u : 0u;
   counters_.missed_periods += late_periods;
-  counters_.without_state += is_new ? 0u : 1u;
-  if (watch_ != nullptr) watch_(watch_context_, input_, result_);
-  return result_;
+  counters_.without_state += is_first_new ? 0u : 1u;
+  for (const Seat& seat : seats())
+    if (seat.watch != nullptr) seat.watch(seat.watch_context, seat.input, seat.result);
+  return seats_[0].result;
 }
 
 void ServoLoop::note_wake(std::int64_t lateness_ns) noexcept {
@@ -63,13 +80,13 @@ int ServoLoop::run_by_timer(const std::atomic<bool>& stop) noexcept {
 }
 
 int ServoLoop::run_by_reports(const std::atomic<bool>& stop) noexcept {
-  std::uint32_t seen = mailbox_.states_published();
+  std::uint32_t seen = seats_[0].mailbox->states_published();
   std::int64_t last_ns = now_ns();
   while (!stop.load(std::memory_order_relaxed)) {
     const std::int64_t deadline_ns = monotonic_ns() + settings_.report_wait_ns;
     std::uint32_t count = seen;
     while (count == seen && monotonic_ns() < deadline_ns && !stop.load(std::memory_order_relaxed)) {
-      count = mailbox_.wait_for_state(seen, deadline_ns);
+      count = seats_[0].mailbox->wait_for_state(seen, deadline_ns);
     }
     seen = count;
     const std::int64_t start_ns = now_ns();

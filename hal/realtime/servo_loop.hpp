@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The servo thread's body: wait, newest state, tick, publish. Clocked by a timer with the phase
-/// kept, or by the reports of the device.
+/// kept, or by the reports of the device. Two devices, each with a hand of one scene, have one
+/// loop.
 
 #include <algorithm>
 #include <array>
@@ -14,13 +15,14 @@
 #include "hal/device_mailbox.hpp"
 #include "rt_core/exchange/newest_record.hpp"
 #include "rt_core/servo_tick.hpp"
+#include "rt_core/two_hand_tick.hpp"
 
 namespace haptic::hal {
 
 struct ServoLoopSettings {
   std::int64_t period_ns = 1'000'000;
-  /// Tick at each report; a report that does not come within `report_wait_ns` is waited for no
-  /// longer, so that the output decays and ramps on its own.
+  /// Tick at each report, of two devices of the first; a report that does not come within
+  /// `report_wait_ns` is waited for no longer, so that the output decays and ramps on its own.
   bool report_clocked = false;
   std::int64_t report_wait_ns = 1'500'000;
   /// Time that the ticks get; null: CLOCK_MONOTONIC. A simulated device brings its own. Sleeps
@@ -34,7 +36,8 @@ struct ServoLoopSettings {
   std::span<const NewestRecord<FrameRecord>> driven;
 };
 
-/// Ticks by what was found, since the start. Written by the servo thread alone.
+/// Ticks by what was found, since the start; states of the first device. Written by the servo
+/// thread alone.
 struct ServoLoopCounters {
   std::uint64_t ticks = 0;
   std::uint64_t late = 0;            ///< woken at least a period late
@@ -54,22 +57,33 @@ class ServoLoop {
  public:
   ServoLoop(ServoTick& tick, const DeviceMailbox& mailbox,
             const ServoLoopSettings& settings) noexcept
-      : tick_(tick), mailbox_(mailbox), settings_(settings) {
-    if (settings.frames != nullptr) frames_.emplace(*settings.frames);
-    driven_count_ = std::min<std::size_t>(settings.driven.size(), kMostDriven);
-    for (std::size_t k = 0; k < driven_count_; ++k) driven_[k].emplace(settings.driven[k]);
+      : ServoLoop(&tick, nullptr, settings) {
+    seats_[0].mailbox.emplace(mailbox);
+  }
+  /// For two devices.
+  ServoLoop(TwoHandTick& tick, const std::array<const DeviceMailbox*, kMostHands>& mailboxes,
+            const ServoLoopSettings& settings) noexcept
+      : ServoLoop(nullptr, &tick, settings) {
+    for (std::size_t k = 0; k < kMostHands; ++k) seats_[k].mailbox.emplace(*mailboxes[k]);
   }
 
-  void watch(TickWatch called, void* context) noexcept {
-    watch_ = called;
-    watch_context_ = context;
+  void watch(TickWatch called, void* context, std::size_t hand = 0) noexcept {
+    seats_[hand].watch = called;
+    seats_[hand].watch_context = context;
   }
 
   /// One tick at `now_ns`: newest state, step, publish. `late_periods`: whole periods missed.
+  /// @return result() of the first device.
   const ServoResult& tick(std::int64_t now_ns, std::uint32_t late_periods) noexcept;
+  /// The last tick's.
+  [[nodiscard]] const ServoResult& result(std::size_t hand = 0) const noexcept {
+    return seats_[hand].result;
+  }
 
   /// In place of the command that the last tick has published; on the servo thread.
-  void publish_instead(const DeviceCommand& command) noexcept { mailbox_.publish(command); }
+  void publish_instead(const DeviceCommand& command, std::size_t hand = 0) noexcept {
+    seats_[hand].mailbox->publish(command);
+  }
 
   /// Ticks until `stop`. Returns 0, or the errno of a sleep that failed.
   int run(const std::atomic<bool>& stop) noexcept;
@@ -80,6 +94,25 @@ class ServoLoop {
   [[nodiscard]] const ServoLoopCounters& counters() const noexcept { return counters_; }
 
  private:
+  /// A device, and its tick.
+  struct Seat {
+    std::optional<ServoSide> mailbox;
+    ServoInput input;
+    ServoResult result;
+    TickWatch watch = nullptr;
+    void* watch_context = nullptr;
+  };
+
+  ServoLoop(ServoTick* one, TwoHandTick* two, const ServoLoopSettings& settings) noexcept
+      : one_(one), two_(two), settings_(settings) {
+    if (settings.frames != nullptr) frames_.emplace(*settings.frames);
+    driven_count_ = std::min<std::size_t>(settings.driven.size(), kMostDriven);
+    for (std::size_t k = 0; k < driven_count_; ++k) driven_[k].emplace(settings.driven[k]);
+  }
+  [[nodiscard]] std::span<Seat> seats() noexcept {
+    return std::span(seats_).first(two_ != nullptr ? kMostHands : 1);
+  }
+  void step() noexcept;
   [[nodiscard]] std::int64_t now_ns() const noexcept {
     return settings_.clock != nullptr ? settings_.clock(settings_.clock_context) : monotonic_ns();
   }
@@ -88,18 +121,15 @@ class ServoLoop {
   int run_by_timer(const std::atomic<bool>& stop) noexcept;
   int run_by_reports(const std::atomic<bool>& stop) noexcept;
 
-  ServoTick& tick_;
-  ServoSide mailbox_;
+  ServoTick* one_;
+  TwoHandTick* two_;  ///< one of the two is null
+  std::array<Seat, kMostHands> seats_;
   ServoLoopSettings settings_;
   std::optional<NewestReader<FrameRecord>> frames_;
   std::array<std::optional<NewestReader<FrameRecord>>, kMostDriven> driven_;
   std::array<FrameRecord, kMostDriven> newest_driven_;
   std::size_t driven_count_ = 0;
-  ServoInput input_;
-  ServoResult result_;
   ServoLoopCounters counters_;
-  TickWatch watch_ = nullptr;
-  void* watch_context_ = nullptr;
   std::atomic<bool> emergency_stop_{false};
 };
 
