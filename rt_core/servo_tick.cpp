@@ -403,6 +403,8 @@ std::uint32_t ServoTick::check_envelope() noexcept {
   const Vec3 x0_w = goal.p_wa + goal.q_wa.toRotationMatrix() * felt_grip_a();
   const std::uint32_t outside =
       rendered_.result.outside | watch_.update(parameters_.envelope, x0_w, goal.q_wa);
+  if (arming_.wants_force()) rendered_.is_out = false;
+  if (outside != 0) rendered_.is_out = true;
   std::uint32_t faults = 0;
   if ((outside & kOutsideWorkspace) != 0) faults |= kFaultWorkspace;
   if ((outside & kOutsideOrientation) != 0) faults |= kFaultEnvelope;
@@ -430,8 +432,9 @@ void ServoTick::prepare(const ServoInput& input, Opened& opened) noexcept {
     in.accepted_wrench_w = frame_.inside(in.accepted_wrench_w);
   }
   in.report_goal_contact = input.report_goal_contact;
-  // A hand that nothing holds back must not push the part of another that is felt.
-  if (input.other_is_felt && !arming_.wants_force()) in.clutched = true;
+  // A hand that nothing holds back must not push the part of another that is felt; but one that
+  // has left its limits must bring its part back.
+  if (input.other_is_felt && !arming_.wants_force() && !rendered_.is_out) in.clutched = true;
   opened.to_core = in;
   opened.renders = true;
 }

@@ -191,6 +191,7 @@ class ServoTick {
     StepResult result;
     bool has_result = false;      ///< ever
     bool started_inside = false;  ///< and has not come out since
+    bool is_out = false;          ///< the goal has left its limits, since it was last armed
   };
 
   HapticCore* core_;  ///< null: the hand's

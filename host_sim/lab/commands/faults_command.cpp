@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim faults --out DIR [--quick] [--processes] [--carrier usb|direct] [--report-clocked]
-//                 [--threads N]
+//                 [--hands 1|2] [--threads N]
 #include <algorithm>
 #include <cstdio>
 #include <map>
@@ -46,6 +46,8 @@ int do_process_faults(const FaultsArguments& o) {
 
 int do_faults(const FaultsArguments& o) {
   if (o.processes) return do_process_faults(o);
+  if (o.matrix.run.hands > 1 && o.matrix.run.report_clocked)
+    throw tools::UsageError("--report-clocked: two devices are not; leave it out, or --hands");
   tools::claim_folder(o.out, "--out", {"faults*"});
   const std::vector<FaultVerdict> verdicts = run_fault_matrix(o.matrix);
   for (const OutputText& file : fault_files(verdicts, o.matrix))
@@ -54,7 +56,8 @@ int do_faults(const FaultsArguments& o) {
   for (const FaultVerdict& v : verdicts) {
     if (!v.failures.empty()) ++failed;
     for (const std::string& failure : v.failures)
-      std::printf("  %s, %s: %s\n", v.cell.fault->name, to_text(v.cell.state), failure.c_str());
+      std::printf("  %s%s, %s: %s\n", v.cell.fault->name, v.hand > 0 ? " (second hand)" : "",
+                  to_text(v.cell.state), failure.c_str());
   }
   std::printf("%s/faults.md: %zu of %zu cells hold\n", o.out.c_str(), verdicts.size() - failed,
               verdicts.size());
@@ -81,6 +84,10 @@ Command add_faults_command(CLI::App& program) {
       "usb (default): through libusb; direct: no bus, and none of its faults");
   app->add_flag("--report-clocked", o->matrix.run.report_clocked,
                 "commands answer the report that they rest on");
+  app->add_option("--hands", o->matrix.run.hands,
+                  "1 (default), or 2: a device for each of two hands, each fault at one and then at "
+                  "the other")
+      ->check(CLI::Range(1u, 2u));
   app->add_option("--threads", o->matrix.threads, "default: one per processor")
       ->check(CLI::Range(1u, 16u));
   return {app, [o] { return do_faults(*o); }, "host_sim faults --quick --out faults"};

@@ -9,6 +9,7 @@
 #include <exception>
 #include <map>
 #include <mutex>
+#include <span>
 #include <thread>
 
 #include "hal/drivers/reference_codec.hpp"
@@ -51,6 +52,14 @@ class FaultJudge {
     judge_limits();
     judge_outcome();
     judge_recovery();
+  }
+  /// The hand that the fault is not at.
+  void judge_other() {
+    measure_sends();
+    measure_acting();
+    measure_watch();
+    judge_limits();
+    judge_outcome();
   }
 
  private:
@@ -248,7 +257,8 @@ void FaultJudge::judge_recovery() {
   if (f.recovered_n < kLeastRecovered_n)
     fail(
         failure_text("%.3f N after arming again, at least %.3f", f.recovered_n, kLeastRecovered_n));
-  if (f.ramp_in_s < static_cast<double>(kMinRampIn_s))
+  // The part of one of two hands is pressed on once the ramp is over.
+  if (settings_.hands == 1 && f.ramp_in_s < static_cast<double>(kMinRampIn_s))
     fail(failure_text("ramp in of %.3f s, at least %.3f", f.ramp_in_s,
                       static_cast<double>(kMinRampIn_s)));
   // A device or process that was plugged in, calibrated or started meanwhile gets zero until the
@@ -265,6 +275,40 @@ void FaultJudge::judge_recovery() {
   if (!is_zero(t_.samples[t_.pressed - 1].acting)) fail("force before arming");
 }
 
+/// The other hand of a trace, as a trace of its own.
+FaultTrace other_of(const FaultTrace& trace) {
+  return {trace.period_s, trace.others, {}, trace.injected, trace.cleared, trace.pressed};
+}
+
+/// The state that the other hand is in, whose device is there and calibrated.
+FaultState other_state(FaultState state) {
+  return state == FaultState::kAbsent || state == FaultState::kStarting ? FaultState::kDisarmed
+                                                                        : state;
+}
+
+/// A fault of the one servo loop or of the machine is one of both hands, and both are released by
+/// an emergency stop; any other leaves the other hand as it is.
+FaultExpectation expectation_of_other(const FaultCase& cell, const SafetyLimits& limits,
+                                      bool linked) {
+  const FaultCause cause = cell.fault->cause;
+  const FaultCase in_force{other_state(cell.state), cell.fault};
+  if (cause == FaultCause::kServoLost || cause == FaultCause::kServoStalled ||
+      cause == FaultCause::kSuspended)
+    return expectation_of(in_force, limits, linked);
+  const FaultExpectation at_fault = expectation_of(cell, limits, linked);
+  const bool stops = cell.state != FaultState::kFaulted &&
+                     (at_fault.safety & kFaultEmergencyStop) != 0;
+  const FaultCause felt = stops ? FaultCause::kEmergencyCall : FaultCause::kNothing;
+  const auto fault = std::ranges::find(faults(), felt, &Fault::cause);
+  return expectation_of({in_force.state, &*fault}, limits, linked);
+}
+
+/// A part of two hands begins again where it is felt, and so never inside another.
+FaultExpectation beside_another(FaultExpectation e, const FaultSettings& settings) {
+  if (settings.hands > 1) e.safety &= ~kFaultScene;
+  return e;
+}
+
 std::vector<FaultCase> cells_of(const FaultMatrixOptions& options) {
   std::vector<FaultCase> cells;
   for (const Fault& fault : faults()) {
@@ -275,6 +319,9 @@ std::vector<FaultCase> cells_of(const FaultMatrixOptions& options) {
       const bool forceful = state == FaultState::kArming || state == FaultState::kArmedContact ||
                             state == FaultState::kDisarming;
       if (options.quick && !forceful) continue;
+      // One of two hands leads its part on from where that is, wherever its device was before.
+      const bool not_there = state == FaultState::kAbsent || state == FaultState::kStarting;
+      if (options.run.hands > 1 && not_there && fault.moves_hand()) continue;
       const FaultCase cell{state, &fault};
       if (!options.wanted || options.wanted(cell)) cells.push_back(cell);
     }
@@ -312,27 +359,52 @@ FaultVerdict judge_fault(const FaultCase& cell, FaultTrace trace, const FaultTra
   const SafetyLimits limits = reference_stack(settings.carrier).limits;
   FaultVerdict verdict;
   verdict.cell = cell;
-  verdict.expected = expectation_of(cell, limits, settings.carrier == StackCarrier::kUsb);
+  verdict.hand = settings.faulty;
+  const bool linked = settings.carrier == StackCarrier::kUsb;
+  verdict.expected = beside_another(expectation_of(cell, limits, linked), settings);
   verdict.trace = std::move(trace);
   FaultJudge(verdict, unharmed, settings, limits).judge();
+  if (settings.hands == 1) return verdict;
+  FaultVerdict other;
+  other.cell = {other_state(cell.state), cell.fault};
+  other.expected = beside_another(expectation_of_other(cell, limits, linked), settings);
+  other.trace = other_of(verdict.trace);
+  FaultJudge(other, other_of(unharmed), settings, limits).judge_other();
+  for (const std::string& failure : other.failures)
+    verdict.failures.push_back("the other hand: " + failure);
   return verdict;
 }
 
-std::vector<FaultVerdict> run_fault_matrix(const FaultMatrixOptions& options) {
-  const std::vector<std::byte> scene = fault_scene();
-  const std::vector<FaultCase> cells = cells_of(options);
+namespace {
+
+/// The cells with the fault at one device, into `verdicts`.
+void run_cells(const std::vector<std::byte>& scene, const std::vector<FaultCase>& cells,
+               const FaultSettings& settings, unsigned threads, std::span<FaultVerdict> verdicts) {
   std::array<FaultTrace, static_cast<std::size_t>(FaultState::kCount)> unharmed;
-  run_shared(unharmed.size(), options.threads, [&](std::size_t k) {
+  run_shared(unharmed.size(), threads, [&](std::size_t k) {
     const FaultCase cell{static_cast<FaultState>(k), &faults().front()};
     const bool asked = std::any_of(cells.begin(), cells.end(),
                                    [&](const FaultCase& c) { return c.state == cell.state; });
-    if (asked) unharmed[k] = run_fault(scene, cell, options.run);
+    if (asked) unharmed[k] = run_fault(scene, cell, settings);
   });
-  std::vector<FaultVerdict> verdicts(cells.size());
-  run_shared(cells.size(), options.threads, [&](std::size_t k) {
-    verdicts[k] = judge_fault(cells[k], run_fault(scene, cells[k], options.run),
-                              unharmed[static_cast<std::size_t>(cells[k].state)], options.run);
+  run_shared(cells.size(), threads, [&](std::size_t k) {
+    verdicts[k] = judge_fault(cells[k], run_fault(scene, cells[k], settings),
+                              unharmed[static_cast<std::size_t>(cells[k].state)], settings);
   });
+}
+
+}  // namespace
+
+std::vector<FaultVerdict> run_fault_matrix(const FaultMatrixOptions& options) {
+  const std::vector<std::byte> scene = fault_scene(options.run.hands);
+  const std::vector<FaultCase> cells = cells_of(options);
+  std::vector<FaultVerdict> verdicts(cells.size() * options.run.hands);
+  for (std::size_t hand = 0; hand < options.run.hands; ++hand) {
+    FaultSettings settings = options.run;
+    settings.faulty = hand;
+    run_cells(scene, cells, settings, options.threads,
+              std::span(verdicts).subspan(hand * cells.size(), cells.size()));
+  }
   return verdicts;
 }
 

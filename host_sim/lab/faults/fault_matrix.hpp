@@ -32,6 +32,7 @@ struct FaultFigures {
 
 struct FaultVerdict {
   FaultCase cell;
+  std::size_t hand = 0;  ///< whose device the fault is at
   FaultExpectation expected;
   FaultFigures found;
   std::vector<std::string> failures;  ///< empty: the cell holds
@@ -50,7 +51,8 @@ struct FaultMatrixOptions {
   std::function<bool(const FaultCase&)> wanted;  ///< empty: all
 };
 
-/// Cells in the order of faults, then of states. @throws tools::InputError  a state is not reached.
+/// Cells in the order of faults, then of states; for two hands all with the fault at the first
+/// device, then all with it at the second. @throws tools::InputError  a state is not reached.
 [[nodiscard]] std::vector<FaultVerdict> run_fault_matrix(const FaultMatrixOptions& options);
 [[nodiscard]] bool all_hold(const std::vector<FaultVerdict>& verdicts);
 

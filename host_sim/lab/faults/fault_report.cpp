@@ -202,6 +202,11 @@ std::string fault_picture(const std::vector<FaultVerdict>& verdicts) {
   return svg_document(right + kPlotWidth + kMargin, top, svg);
 }
 
+/// The fault, and at whose device where there are two.
+std::string place_of(const FaultVerdict& v) {
+  return std::string(v.cell.fault->name) + (v.hand > 0 ? " (second hand)" : "");
+}
+
 std::string csv_of(const std::vector<FaultVerdict>& verdicts) {
   ReportTable table(
       "fault,state,holds,output,handed_before_n,handed_after_n,acting_before_n,acting_after_n,"
@@ -209,7 +214,7 @@ std::string csv_of(const std::vector<FaultVerdict>& verdicts) {
       "latched,reported,ramp_in_s,recovered_n,failures");
   for (const FaultVerdict& v : verdicts) {
     const FaultFigures& f = v.found;
-    table.add({v.cell.fault->name,
+    table.add({place_of(v),
                to_text(v.cell.state),
                yes_or_no(v.failures.empty()),
                to_text(v.expected.output),
@@ -257,8 +262,10 @@ std::string matrix_of(const std::vector<FaultVerdict>& verdicts) {
   for (std::size_t k = 0; k < verdicts.size();) {
     const Fault* fault = verdicts[k].cell.fault;
     std::vector<std::string> row(states.size() + 1);
-    row.front() = fault->name;
-    for (; k < verdicts.size() && verdicts[k].cell.fault == fault; ++k) {
+    const std::size_t hand = verdicts[k].hand;
+    row.front() = place_of(verdicts[k]);
+    for (; k < verdicts.size() && verdicts[k].cell.fault == fault && verdicts[k].hand == hand;
+         ++k) {
       const auto at = std::find(states.begin(), states.end(), verdicts[k].cell.state);
       row[static_cast<std::size_t>(at - states.begin()) + 1] = cell_text(verdicts[k]);
     }
@@ -281,7 +288,12 @@ std::string page_of(const std::vector<FaultVerdict>& verdicts, const FaultMatrix
       "# Every fault in every state\n\nMade by `host_sim faults`" +
       std::string(options.quick ? " with `--quick`" : "") + ": carrier " +
       (options.run.carrier == StackCarrier::kUsb ? "usb" : "direct") +
-      ". A cube of 20 mm is pressed on a wall by a simulated hand through the whole stack; virtual "
+      (options.run.hands > 1
+           ? std::string(". Two hands press a cube of 20 mm each on a wall through the whole stack, "
+                         "and the fault is at the device of one; the other must feel nothing of it "
+                         "where it is not a fault of both. Virtual ")
+           : std::string(". A cube of 20 mm is pressed on a wall by a simulated hand through the "
+                         "whole stack; virtual ")) +
       "time, same bits each time. At each fault 300 ms are watched, then the cause is taken away, "
       "the deadman released and pressed again.\n\n";
   page += table_head({"stated for every cell", "limit", "largest found"});
@@ -291,8 +303,10 @@ std::string page_of(const std::vector<FaultVerdict>& verdicts, const FaultMatrix
   page += table_row({"change of what acts on the hand, except for the device's own cuts",
                      fixed(static_cast<double>(limits.slew_n_per_s), 0) + " N/s",
                      fixed(acting, 4) + " of it"});
-  page +=
-      table_row({"ramp in after arming again", "50 ms at least", fixed(1e3 * ramp_s, 0) + " ms"});
+  if (options.run.hands == 1) {
+    page += table_row(
+        {"ramp in after arming again", "50 ms at least", fixed(1e3 * ramp_s, 0) + " ms"});
+  }
   page += table_row({"cells that hold", std::to_string(verdicts.size()), std::to_string(held)});
   page +=
       "\nWhere a command did not arrive, the change counts from the last that did, and as much "
@@ -305,7 +319,7 @@ std::string page_of(const std::vector<FaultVerdict>& verdicts, const FaultMatrix
   std::string failures;
   for (const FaultVerdict& v : verdicts) {
     for (const std::string& failure : v.failures)
-      failures += "- " + std::string(v.cell.fault->name) + ", " + to_text(v.cell.state) + ": " +
+      failures += "- " + place_of(v) + ", " + to_text(v.cell.state) + ": " +
                   failure + "\n";
   }
   if (!failures.empty()) page += "\n## Cells that fail\n\n" + failures;

@@ -8,6 +8,8 @@
 #include "host_sim/device/pressing_script.hpp"
 #include "host_sim/shapes/shapes.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
+#include "tools/graph_compiler/program/compile_scene.hpp"
 
 namespace haptic::sim {
 
@@ -19,6 +21,8 @@ constexpr std::int64_t kOld_ns = 100'000'000;
 constexpr double kCubeHalf_m = 0.010, kWallHalf_m = 0.050;
 static_assert(kCubeHalf_m + kWallHalf_m == kTouchHeight_m);
 constexpr double kStiffness_n_per_m = 2000, kDamping_ns_per_m = 2;
+/// Two hands: their cubes off the middle of the wall, and over it at the start.
+constexpr double kBeside_m = 0.05, kStart_m = 0.005;
 
 }  // namespace
 
@@ -33,27 +37,44 @@ DeviceCommand spoiled(FaultCause cause, DeviceCommand command) {
 }
 
 StackStage::StackStage(std::span<const std::byte> scene, const StackSettings& stack)
-    : FaultStage(1.0 / stack.model.report_rate_hz, hand_at_start()),
+    : StackStage(scene, std::vector{stack}, 0) {}
+
+StackStage::StackStage(std::span<const std::byte> scene, const std::vector<StackSettings>& stacks,
+                       std::size_t faulty)
+    : FaultStage(1.0 / stacks.at(0).model.report_rate_hz, hand_at_start()),
       session_(scene, "fault matrix"),
-      carrier_(stack.carrier),
-      stack_(session_, stack, [this](double t_s) { return hand().action(t_s); }) {}
+      carrier_(stacks[0].carrier),
+      faulty_(faulty),
+      has_other_(stacks.size() > 1),
+      stack_(session_, devices(stacks)) {}
+
+std::vector<StackDevice> StackStage::devices(const std::vector<StackSettings>& stacks) {
+  std::vector<StackDevice> devices;
+  for (std::size_t k = 0; k < stacks.size(); ++k) {
+    devices.push_back({stacks[k], [this, k](double t_s) {
+                         const bool is_left = k != faulty_ && other_plan_;
+                         return (is_left ? *other_plan_ : hand()).action(t_s);
+                       }});
+  }
+  return devices;
+}
 
 // Without a bus closing does not wait for a ramp, for which the time of the device would have to
 // pass.
 StackStage::~StackStage() {
   if (carrier_ != StackCarrier::kUsb) return;
-  stack_.unplug();
+  for (std::size_t k = 0; k < (has_other_ ? 2u : 1u); ++k) stack_.unplug(k);
   static_cast<void>(stack_.step());
 }
 
-FaultSample StackStage::pass_period() {
-  StackTick tick = stack_.step();
+FaultSample StackStage::sample_of(std::size_t hand) {
+  const StackTick& tick = stack_.tick(hand);
   FaultSample sample;
-  sample.sent = std::move(tick.sent);
+  sample.sent = tick.sent;
   sample.acting = tick.acting;
-  sample.acts = accepted_;
-  sample.accepted = accepted_ =
-      stack_.bus().with_model([](const auto& model) { return model.accepted(); });
+  sample.acts = accepted_[hand];
+  sample.accepted = accepted_[hand] =
+      stack_.bus(hand).with_model([](const auto& model) { return model.accepted(); });
   sample.drives_on = tick.drives_on;
   sample.watchdog_cuts = tick.cuts;
   sample.arming = tick.servo.arming;
@@ -63,8 +84,15 @@ FaultSample StackStage::pass_period() {
   return sample;
 }
 
+FaultSample StackStage::pass_period() {
+  static_cast<void>(stack_.step());
+  if (has_other_) other_ = sample_of(1 - faulty_);
+  return sample_of(faulty_);
+}
+
 void StackStage::spoil_commands(FaultCause cause) {
-  stack_.say_instead([cause](const DeviceCommand& command) { return spoiled(cause, command); });
+  stack_.say_instead([cause](const DeviceCommand& command) { return spoiled(cause, command); },
+                     faulty_);
 }
 
 void StackStage::lose_servo() {
@@ -74,7 +102,7 @@ void StackStage::lose_servo() {
 
 void StackStage::release_servo() {
   stack_.stall_servo(false);
-  stack_.say_instead(nullptr);
+  stack_.say_instead(nullptr, faulty_);
 }
 
 void StackStage::restart_servo() {
@@ -129,7 +157,33 @@ StackSettings fault_stack(const FaultSettings& settings, const FaultPlace& place
   return stack;
 }
 
-std::vector<std::byte> fault_scene() {
+namespace {
+
+/// Hand k's cube is so far off the middle of the wall.
+double side_m(std::size_t hand) { return hand == 0 ? -kBeside_m : kBeside_m; }
+
+std::vector<std::byte> two_hand_scene() {
+  const double height_m = kTouchHeight_m + kStart_m;
+  std::string text = "format = 1\nname = \"two cubes\"\n";
+  for (const std::size_t hand : {0u, 1u})
+    text += tools::formatted(
+        "[[part]]\nname = \"cube%zu\"\nrole = \"%s\"\nshape = \"box\"\nsize_m = [%.9g, %.9g, "
+        "%.9g]\nposition_m = [%.9g, 0, %.9g]\n",
+        hand, hand == 0 ? "hand" : "hand2", 2 * kCubeHalf_m, 2 * kCubeHalf_m, 2 * kCubeHalf_m,
+        side_m(hand), height_m);
+  text += tools::formatted(
+      "[[part]]\nname = \"wall\"\nrole = \"fixed\"\nshape = \"box\"\nsize_m = [0.2, 0.2, %.9g]\n"
+      "position_m = [0, 0, 0]\n[rendering]\nk_f_n_per_m = %.9g\n[coupling]\nk_t_n_per_m = %.9g\n"
+      "k_r_nm_per_rad = %.9g\ndamping_ns_per_m = %.9g\n",
+      2 * kWallHalf_m, kStiffness_n_per_m, kStiffness_n_per_m,
+      kStiffness_n_per_m * kGripRadius_m * kGripRadius_m, kDamping_ns_per_m);
+  return tools::compile_scene(tools::parse_scene_file(text, "fault matrix", {}), {}).bytes;
+}
+
+}  // namespace
+
+std::vector<std::byte> fault_scene(unsigned hands) {
+  if (hands > 1) return two_hand_scene();
   SceneParameters p = tools::default_parameters();
   p.k_f_n_per_m = kStiffness_n_per_m;
   p.rate_hz = 1000;
@@ -150,7 +204,17 @@ FaultTrace run_fault(std::span<const std::byte> scene, const FaultCase& cell,
   if (!usb && (!cell.fault->without_bus() || cell.state == FaultState::kAbsent))
     throw tools::InputError(std::string(cell.fault->name) + ", " + to_text(cell.state) +
                             ": there is no bus; use the carrier usb");
-  StackStage stage(scene, fault_stack(settings, fault_place()));
+  if (settings.hands == 1) {
+    StackStage stage(scene, fault_stack(settings, fault_place()));
+    return play_fault(stage, cell);
+  }
+  std::vector<StackSettings> stacks;
+  for (const std::size_t hand : {0u, 1u}) {
+    FaultPlace place = fault_place();
+    place.map.offset_w[0] = static_cast<Real>(side_m(hand));
+    stacks.push_back(fault_stack(settings, place));
+  }
+  StackStage stage(scene, stacks, settings.faulty);
   return play_fault(stage, cell);
 }
 

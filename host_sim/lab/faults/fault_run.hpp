@@ -4,7 +4,9 @@
 /// simulated hand presses on a wall. The state is reached, the fault comes, its cause goes, and the
 /// operator takes force again.
 
+#include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,26 +27,37 @@ class StackStage final : public FaultStage {
  public:
   /// `stack`: fault_stack of settings and place.
   StackStage(std::span<const std::byte> scene, const StackSettings& stack);
+  /// With a device for each hand; the fault is at that of hand `faulty`.
+  StackStage(std::span<const std::byte> scene, const std::vector<StackSettings>& stacks,
+             std::size_t faulty);
   ~StackStage() override;
 
-  [[nodiscard]] ReferenceUsb& bus() override { return stack_.bus(); }
+  [[nodiscard]] const FaultSample* other() const override { return has_other_ ? &other_ : nullptr; }
+  void leave_other() override { other_plan_ = hand(); }
+  [[nodiscard]] ReferenceUsb& bus() override { return stack_.bus(faulty_); }
   void emergency_stop() override { stack_.emergency_stop(); }
-  void stop_link() override { stack_.stop_link(); }
+  void stop_link() override { stack_.stop_link(faulty_); }
   void suspend() override { stack_.suspend(); }
   void stall_servo(unsigned /*periods*/) override { stack_.stall_servo(true); }
   void spoil_commands(FaultCause cause) override;
   void lose_servo() override;
   void release_servo() override;
   void restart_servo() override;
-  void unplug() override { stack_.unplug(); }
-  void plug(bool power) override { stack_.plug(power); }
+  void unplug() override { stack_.unplug(faulty_); }
+  void plug(bool power) override { stack_.plug(power, faulty_); }
 
  private:
   FaultSample pass_period() override;
+  [[nodiscard]] std::vector<StackDevice> devices(const std::vector<StackSettings>& stacks);
+  [[nodiscard]] FaultSample sample_of(std::size_t hand);
 
   CoreSession session_;
   StackCarrier carrier_;
-  std::uint32_t accepted_ = 0;
+  std::size_t faulty_ = 0;
+  bool has_other_ = false;
+  std::optional<HandPlan> other_plan_;  ///< since leave_other
+  FaultSample other_;
+  std::array<std::uint32_t, kMostHands> accepted_{};
   DeviceStack stack_;
 };
 
@@ -54,6 +67,9 @@ struct FaultSettings {
   /// Of the stack; what is judged are the reference device's own (reference_stack).
   double slew_factor = 1;
   double ramp_in_factor = 1;
+  /// Two: each hand has its cube and its device, and the fault is at that of hand `faulty`.
+  unsigned hands = 1;
+  std::size_t faulty = 0;
 };
 
 /// What part of a scene a script plays on: D's z axis points off the wall that the part is pressed
@@ -72,10 +88,11 @@ struct FaultPlace {
 /// The reference device in a firm hand, for a script at that place.
 [[nodiscard]] StackSettings fault_stack(const FaultSettings& settings, const FaultPlace& place);
 
-/// Compiled scene of all cells: the cube and the wall.
-[[nodiscard]] std::vector<std::byte> fault_scene();
+/// Compiled scene of all cells: the cube and the wall; for two hands a cube for each, beside each
+/// other.
+[[nodiscard]] std::vector<std::byte> fault_scene(unsigned hands = 1);
 
-/// Same arguments, same bits. `scene`: fault_scene(). @throws tools::InputError  the state is not
+/// Same arguments, same bits. `scene`: fault_scene(settings.hands). @throws tools::InputError  the state is not
 /// reached, or the fault needs a bus that the carrier is not.
 [[nodiscard]] FaultTrace run_fault(std::span<const std::byte> scene, const FaultCase& cell,
                                    const FaultSettings& settings);

@@ -19,7 +19,7 @@ UsbfsCarrier& in_process_bus(FaultStage& stage) {
 // Heights of the hand's target about touch. Without force the handle goes where the hand wants it:
 // from the light target the pull is within the limits, so that it can be armed there.
 constexpr double kFree_m = 0.005, kLight_m = -0.004, kFirm_m = -0.0185;
-constexpr double kAside_m = 0.03, kTurned_rad = 0.5;
+constexpr double kAside_m = 0.03, kTurned_rad = 0.5, kFarther_m = 0.02;
 
 // Periods.
 constexpr std::size_t kSettle = 40, kMove = 100, kRest = 150, kRampIn = 100;
@@ -52,13 +52,14 @@ class FaultScript {
 
   FaultTrace play() {
     reach();
+    stage_.leave_other();
     trace_.injected = trace_.samples.size();
     inject();
     trace_.cleared = trace_.samples.size();
     clear_fault();
     trace_.pressed = trace_.samples.size();
     press(kDeadman);
-    pass(kRecover);
+    recover();
     return std::move(trace_);
   }
 
@@ -72,6 +73,7 @@ class FaultScript {
   void reach();
   void inject();
   void clear_fault();
+  void recover();
   [[nodiscard]] ArmingState arming() const { return trace_.samples.back().arming; }
 
   FaultStage& stage_;
@@ -80,7 +82,18 @@ class FaultScript {
 };
 
 void FaultScript::pass(std::size_t periods) {
-  for (std::size_t k = 0; k < periods; ++k) trace_.samples.push_back(stage_.step());
+  for (std::size_t k = 0; k < periods; ++k) {
+    trace_.samples.push_back(stage_.step());
+    if (const FaultSample* other = stage_.other()) trace_.others.push_back(*other);
+  }
+}
+
+/// Beside another hand that is felt the part was left where it was, and is led from there.
+void FaultScript::recover() {
+  if (stage_.other() == nullptr) return pass(kRecover);
+  pass(kRampIn + kSettle);
+  move(target_at(kLight_m - kFarther_m), kMove);
+  pass(kRecover - kRampIn - kSettle);
 }
 
 void FaultScript::expect(bool holds, const char* what) const {

@@ -41,7 +41,8 @@ struct FaultSample {
 /// action that they name.
 struct FaultTrace {
   double period_s = 0;
-  std::vector<FaultSample> samples;
+  std::vector<FaultSample> samples;  ///< of the device that the fault is at
+  std::vector<FaultSample> others;   ///< of that of another hand; else empty
   std::size_t injected = 0;  ///< the fault
   std::size_t cleared =
       0;  ///< its cause removed, the device reconnected, the deadman switch released
@@ -81,6 +82,11 @@ class FaultStage {
   [[nodiscard]] double period_s() const { return period_s_; }
   [[nodiscard]] double time_s() const { return static_cast<double>(periods_) * period_s_; }
   [[nodiscard]] HandPlan& hand() { return hand_; }
+  /// The last period of another hand, which does what this one does until `leave_other`; null: there
+  /// is none.
+  [[nodiscard]] virtual const FaultSample* other() const { return nullptr; }
+  /// The other hand goes on with what it is at.
+  virtual void leave_other() {}
 
   [[nodiscard]] virtual ReferenceUsb& bus() = 0;
   virtual void emergency_stop() = 0;

@@ -260,10 +260,6 @@ bool takes_device_away(const Fault& fault) {
          (fault.cause == FaultCause::kBus && unplugs);
 }
 
-bool moves_hand(FaultCause cause) {
-  return cause == FaultCause::kWorkspaceLeft || cause == FaultCause::kEnvelopeLeft;
-}
-
 }  // namespace
 
 const char* to_text(FaultState state) {
@@ -318,7 +314,7 @@ FaultExpectation expectation_of(const FaultCase& cell, const SafetyLimits& limit
       e.safety &= ~kFaultScene;
       break;
     case FaultState::kClutched:  // the part stays where it is, wherever the hand goes
-      if (moves_hand(cause)) e = {};
+      if (cell.fault->moves_hand()) e = {};
       break;
     case FaultState::kFaulted:
       // What was latched before went with the process that held it.

@@ -58,6 +58,9 @@ struct Fault {
   const char* name;  ///< of files, tables and the README; no comma
   FaultCause cause = FaultCause::kNothing;
   DeviceFaultEvent event;  ///< FaultCause::kBus; else only its count
+  [[nodiscard]] bool moves_hand() const {
+    return cause == FaultCause::kWorkspaceLeft || cause == FaultCause::kEnvelopeLeft;
+  }
   /// Whether it exists without a bus.
   [[nodiscard]] bool without_bus() const {
     return cause != FaultCause::kBus && cause != FaultCause::kHoldOut &&
