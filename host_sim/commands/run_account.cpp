@@ -2,6 +2,7 @@
 #include "host_sim/commands/run_account.hpp"
 
 #include <cstdio>
+#include <utility>
 #include <vector>
 
 #include "host_sim/session/core_session.hpp"
@@ -93,6 +94,45 @@ void print_holds(const std::vector<HoldEvent>& holds) {
 }
 
 }  // namespace
+
+OtherEvents told_by(const OtherMotion& others) {
+  return {others.holds().events(), others.drives().accounts()};
+}
+
+RunEnd end_of(const Hands::Each<HandAccount>& hands) {
+  RunEnd end = hands[0].end;
+  const RunEnd& second = hands[1].end;
+  end.add_failure(!second.passed(), "second hand: " + second.line());
+  return end;
+}
+
+nlohmann::ordered_json hands_account(const RunSubject& subject, const std::string& carrier,
+                                     const Hands::Each<HandAccount>& hands,
+                                     const OtherEvents& others) {
+  const RunEnd end = end_of(hands);
+  nlohmann::ordered_json json = loop_account(subject, hands[0].loop, hands[0].rest, others, end);
+  nlohmann::ordered_json second =
+      loop_account(subject, hands[1].loop, hands[1].rest, {}, hands[1].end);
+  for (const char* key : {"scene", "law", "hand", "rate_hz", "device", "rendered"})
+    second.erase(key);
+  json["carrier"] = carrier;
+  json["hand2"] = std::move(second);
+  return json;
+}
+
+void print_hands(const RunSubject& subject, const std::string& carrier,
+                 const Hands::Each<HandAccount>& hands, const OtherEvents& others) {
+  std::printf("two hands on %s: carrier %s, law %s, %s hands, %g Hz, delay %u\n",
+              subject.scene.c_str(), carrier.c_str(), law_name(subject.law), subject.hand.c_str(),
+              subject.rate_hz, subject.device.delay_samples);
+  for (std::size_t k = 0; k < hands.size(); ++k) {
+    std::printf("%s hand\n", k == 0 ? "first" : "second");
+    print_motion(hands[k].loop);
+    print_rest(hands[k].rest);
+  }
+  std::printf("%s", driven_text(others.driven).c_str());
+  print_end(end_of(hands));
+}
 
 std::string RunEnd::line() const { return std::string(tools::verdict_line(verdict, other).view()); }
 

@@ -14,6 +14,7 @@
 #include "host_sim/device/stack_run.hpp"
 #include "host_sim/session/drive_run.hpp"
 #include "host_sim/session/hold_run.hpp"
+#include "host_sim/session/other_motion.hpp"
 #include "tools/verdict/session_judge.hpp"
 
 namespace haptic::sim {
@@ -33,6 +34,7 @@ struct OtherEvents {
   std::vector<HoldEvent> holds;
   std::vector<DrivenAccount> driven;
 };
+[[nodiscard]] OtherEvents told_by(const OtherMotion& others);
 
 /// The whole stack: the same, and what happened between rendering and device.
 struct StackSubject {
@@ -66,6 +68,24 @@ void add_loop_failures(RunEnd& end, const LoopTotals& t, const RestOscillation& 
 /// The same on standard output, the verdict as its last line.
 void print_loop(const RunSubject& subject, const LoopTotals& t, const RestOscillation& rest,
                 const OtherEvents& others, const RunEnd& end);
+
+/// One of two hands.
+struct HandAccount {
+  LoopTotals loop;
+  RestOscillation rest;
+  RunEnd end;  ///< of this hand alone
+};
+/// Two hands, with or without a carrier: the account of the first, and that of the second under
+/// `hand2`.
+[[nodiscard]] nlohmann::ordered_json hands_account(const RunSubject& subject,
+                                                   const std::string& carrier,
+                                                   const Hands::Each<HandAccount>& hands,
+                                                   const OtherEvents& others);
+/// The same on standard output, the verdict as its last line.
+void print_hands(const RunSubject& subject, const std::string& carrier,
+                 const Hands::Each<HandAccount>& hands, const OtherEvents& others);
+/// The verdict of both.
+[[nodiscard]] RunEnd end_of(const Hands::Each<HandAccount>& hands);
 
 /// The whole stack.
 [[nodiscard]] nlohmann::ordered_json stack_account(

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim run --scene S.rtscene [--out DIR] [--seconds N] [--hand H] [--rate HZ] [--delay N]
-// [--device FILE] [--script FILE] [--drive PART=MOTION].. [--carrier none|direct|usb]
+// [--device FILE] [--script FILE] [--script2 FILE] [--drive PART=MOTION].. [--carrier none|direct|usb]
 // [--report-clocked] [--faults FILE]
 // [--record FILE] [--html FILE] [--mcap FILE] [--serve [--port N] [--bind ADDRESS]
 // [--allow-origin ORIGIN]] [--json]
@@ -20,6 +20,8 @@
 #include "hal/usb/bus_recorder.hpp"
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/commands/run_account.hpp"
+#include "host_sim/commands/run_arguments.hpp"
+#include "host_sim/commands/two_hand_run.hpp"
 #include "host_sim/device/device_fault.hpp"
 #include "host_sim/device/pressing_script.hpp"
 #include "host_sim/device/rest_judge.hpp"
@@ -43,77 +45,16 @@ namespace haptic::sim {
 
 namespace {
 
-constexpr double kDefaultSeconds = 6.0, kMostSeconds = 3600.0;
-
-struct RunArguments {
-  std::string scene, out, html, mcap, hand = "light", device, script, carrier = "none", faults,
-                                      record;
-  std::vector<std::string> drives;
-  std::optional<double> seconds, rate_hz;
-  std::optional<unsigned> delay;
-  bool report_clocked = false, json = false, serve = false;
-  tools::ServeOptions live;
-};
-
-/// A hand's motion, and its commands.
-struct HandWay {
-  std::vector<MotionSample> motion;
-  std::vector<HoldCommand> holds;
-};
-
-/// At the loop's rate, `seconds` long when that is given: cut, or held at its end.
-HandWay hand_way(const RunArguments& o, CoreSession& session, double rate_hz) {
-  MotionScript script = o.script.empty()
-                            ? pressing_script(session, rate_hz, o.seconds.value_or(kDefaultSeconds))
-                            : read_motion_script(o.script);
-  script.rate_hz = rate_hz;
-  std::vector<MotionSample> motion = make_motion(script);
-  if (o.seconds) {
-    MotionSample last = motion.back();
-    const auto ticks = static_cast<std::size_t>(std::llround(*o.seconds * rate_hz)) + 1;
-    motion.resize(std::min(motion.size(), ticks));
-    while (motion.size() < ticks) {
-      last.t_s = motion.back().t_s + 1.0 / rate_hz;
-      motion.push_back(last);
-    }
-  }
-  return {std::move(motion), script.holds};
-}
-
-/// A hand that presses on the nearest part, in the time that this takes.
-bool is_made_to_press(const RunArguments& o) {
-  return o.script.empty() && !o.seconds && o.hand != "none";
-}
+constexpr double kMostSeconds = 3600.0;
 
 std::string title_of(const RunArguments& o, const CoreSession& session) {
   return scene_title(session.view()) + ", " + o.hand + " hand";
-}
-
-/// Writes the files, and the account to stdout where that is asked for.
-void keep(const RunArguments& o, const std::string& csv, const std::string& svg,
-          const nlohmann::ordered_json& json) {
-  if (!o.out.empty()) {
-    write_whole_file(o.out + "/run.csv", csv);
-    write_whole_file(o.out + "/run.svg", svg);
-    write_whole_file(o.out + "/run.json", json.dump(2) + "\n");
-  }
-  if (o.json) std::printf("%s\n", json.dump(2).c_str());
 }
 
 void stay(tools::LiveSession& live) {
   std::fflush(stdout);
   std::fprintf(stderr, "host_sim: the session stays to be seen until this is stopped (^C)\n");
   live.wait_for_stop();
-}
-
-/// As the account has it.
-OtherEvents told_by(const OtherMotion& others) {
-  return {others.holds().events(), others.drives().accounts()};
-}
-
-void keep_drives(const RunArguments& o, const DriveRun& drives) {
-  if (!o.out.empty() && !drives.csv().empty())
-    write_whole_file(o.out + "/driven.csv", drives.csv());
 }
 
 OtherMotion other_motion(const RunArguments& o, CoreSession& session, const HandWay& way) {
@@ -147,7 +88,7 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
   std::optional<tools::LiveSession> live;
   if (o.serve) live.emplace(o.live, session.view(), false);
   ClosedLoop loop(session, subject.device, hand, subject.rate_hz);
-  const HandWay way = hand_way(o, session, subject.rate_hz);
+  const HandWay way = hand_way(o, o.script, session, subject.rate_hz);
   OtherMotion others = other_motion(o, session, way);
   const std::vector<LoopRecord> records =
       live
@@ -159,7 +100,7 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
   const RestOscillation rest =
       rest_oscillation(records, rest_allowance(session.view().parameters(), subject.device));
   tools::SessionJudge judge(session.view());
-  if (is_made_to_press(o)) judge.expect_contact();
+  if (o.is_made_to_press()) judge.expect_contact();
   std::vector<TickRecord> ticks;
   for (std::size_t k = 0; k < records.size(); ++k) {
     ticks.push_back(records[k].tick);
@@ -180,10 +121,11 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
     write_whole_file(o.html,
                      tools::filled_page(page, session.view(), recorded, {}, others.kept().given()));
   }
-  keep(o, loop_csv(records, GuideLegs(session.view())),
-       replay_plot(ticks, title_of(o, session), session.view().parameters().exact_band_m),
-       loop_account(subject, totals, rest, told_by(others), end));
-  keep_drives(o, others.drives());
+  o.keep({{"run.csv", loop_csv(records, GuideLegs(session.view()))},
+          {"run.svg", replay_plot(ticks, title_of(o, session),
+                                  session.view().parameters().exact_band_m)}},
+         loop_account(subject, totals, rest, told_by(others), end));
+  o.keep_drives(others.drives());
   if (!o.json) print_loop(subject, totals, rest, told_by(others), end);
   if (live) stay(*live);
   return end.passed();
@@ -204,17 +146,6 @@ struct StackWatchers {
   }
 };
 
-/// The owners' poses through the loop's memory, and the commands to the hand, before a period.
-void give(OtherMotion& others, DeviceStack& stack, double t_s) {
-  const std::int64_t later_ns = stack.now_ns() - DriveRun::stamp_ns(t_s);
-  const std::span<const FrameRecord> records = others.poses_before_tick(t_s);
-  for (std::size_t k = 0; k < records.size(); ++k) {
-    FrameRecord record = records[k];
-    record.stamp_ns += later_ns;
-    stack.drive(k, record);
-  }
-}
-
 /// In real time, for those who watch. Stopped, it goes on as fast as it can.
 std::vector<StackRecord> run_stack_watched(DeviceStack& stack, std::span<const MotionSample> motion,
                                            OtherMotion& others, tools::LiveSession& live,
@@ -228,7 +159,7 @@ std::vector<StackRecord> run_stack_watched(DeviceStack& stack, std::span<const M
     if (!live.is_stopped()) (void)hal::sleep_until(begin_ns + std::llround(1e9 * due_s));
   };
   std::vector<StackRecord> records =
-      run_stack(stack, motion, after, [&](double t_s) { give(others, stack, t_s); });
+      run_stack(stack, motion, after, [&](double t_s) { others.give(stack, t_s); });
   live.finish();
   return records;
 }
@@ -248,7 +179,7 @@ std::vector<StackRecord> run_recorded(const RunArguments& o, DeviceStack& stack,
   std::vector<StackRecord> records =
       live != nullptr
           ? run_stack_watched(stack, motion, others, *live, watchers)
-          : run_stack(stack, motion, after, [&](double t_s) { give(others, stack, t_s); });
+          : run_stack(stack, motion, after, [&](double t_s) { others.give(stack, t_s); });
   stack.record(nullptr, nullptr, nullptr);
   if (!kept) return records;
   hal::BusRecorder& recorder = *kept;
@@ -279,7 +210,7 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   settings.report_clocked = o.report_clocked;
   std::vector<DeviceFaultEvent> events;
   if (!o.faults.empty()) events = read_fault_script(o.faults, run.rate_hz);
-  const HandWay way = hand_way(o, session, run.rate_hz);
+  const HandWay way = hand_way(o, o.script, session, run.rate_hz);
   if (!o.record.empty() && (!way.holds.empty() || !o.drives.empty()))
     throw tools::UsageError(
         "--record: a recording keeps what the device does, and neither holds nor the poses of "
@@ -306,7 +237,7 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   const StackTotals totals = total(records);
   const hal::LinkCounters link = stack.link_counters();
   tools::SessionJudge judge(session.view());
-  if (is_made_to_press(o)) judge.expect_contact();
+  if (o.is_made_to_press()) judge.expect_contact();
   std::vector<LoopRecord> felt;
   for (std::size_t k = 0; k < records.size(); ++k) {
     const LoopRecord& record = records[k].loop;
@@ -330,10 +261,10 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   end.add_failure(!totals.ended_at_zero, "the last wrench handed over is not zero");
   const StackSubject subject{run, o.carrier, o.faults, o.report_clocked, settings.limits};
   const std::string title = title_of(o, session) + ", carrier " + o.carrier;
-  keep(o, stack_csv(records, GuideLegs(session.view())),
-       stack_plot(records, title, session.view().parameters().exact_band_m),
-       stack_account(subject, totals, rest, told_by(others), link, end));
-  keep_drives(o, others.drives());
+  o.keep({{"run.csv", stack_csv(records, GuideLegs(session.view()))},
+          {"run.svg", stack_plot(records, title, session.view().parameters().exact_band_m)}},
+         stack_account(subject, totals, rest, told_by(others), link, end));
+  o.keep_drives(others.drives());
   if (!o.json) print_stack(subject, totals, rest, told_by(others), link, end);
   if (live) stay(*live);
   return end.passed();
@@ -343,7 +274,7 @@ int do_run(const RunArguments& o) {
   const std::optional<HandModel> hand = hand_named(o.hand);
   if (!hand) throw tools::InputError("no hand is called '" + o.hand + "'");
   CoreSession session(o.scene);
-  tools::claim_folder(o.out, "--out", {"run.csv", "run.svg", "run.json", "driven.csv"});
+  tools::claim_folder(o.out, "--out", {"run.csv", "run.svg", "run2.csv", "run2.svg", "run.json", "driven.csv"});
   tools::claim_output(o.record, "--record", {tools::FileFormat::kRecording, {}});
   tools::claim_output(o.html, "--html", {tools::FileFormat::kHtml, {}});
   tools::claim_output(o.mcap, "--mcap", {tools::FileFormat::kMcap, {}});
@@ -359,8 +290,14 @@ int do_run(const RunArguments& o) {
       fit_to_device(session, subject.device, subject.rate_hz, waits ? 1 / subject.rate_hz : 0);
   subject.rendered = session.view().parameters().coupling;
   if (!subject.lowered.empty()) std::fprintf(stderr, "host_sim: %s\n", subject.lowered.c_str());
-  const bool passed = o.carrier == "none" ? run_alone(o, session, subject, *hand)
-                                          : run_device(o, session, subject, *hand);
+  const bool has_two = session.hands() != nullptr && session.hands()->count() > 1;
+  if (!has_two && !o.script2.empty())
+    throw tools::UsageError(
+        "--script2: " + o.scene +
+        " has one hand; leave it out, or give a [[part]] of the scene role = \"hand2\"");
+  const bool passed = has_two                 ? run_two_hands(o, session, subject, *hand)
+                      : o.carrier == "none" ? run_alone(o, session, subject, *hand)
+                                            : run_device(o, session, subject, *hand);
   return passed ? tools::kExitDone : tools::kExitCheckFailed;
 }
 
@@ -409,6 +346,8 @@ Command add_run_command(CLI::App& program) {
   app->add_option("--device", o->device, "device model (TOML); default: the scene's [device]");
   app->add_option("--script", o->script,
                   "motion script of the hand's target (TOML); default: press on the nearest part");
+  app->add_option("--script2", o->script2,
+                  "of the second hand, in a scene with role \"hand2\"; default: it holds still");
   app->add_option("--drive", o->drives, kDriveHelp);
   app->add_option("--carrier", o->carrier,
                   "none (default): the core alone closes the loop; direct: through the protocol, "

@@ -24,11 +24,11 @@ Vector vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 }  // namespace
 
 ClosedLoop::ClosedLoop(CoreSession& session, const DeviceModel& device, const HandModel& hand,
-                       double rate_hz)
+                       double rate_hz, std::uint32_t number)
     : session_(session),
       rate_hz_(checked_rate(rate_hz)),
       period_s_(1.0 / rate_hz),
-      grip_a_(Eigen::Map<const Vector>(session.view().bodies()[0].reference_m)),
+      grip_a_(Eigen::Map<const Vector>(session.view_of(number).bodies()[0].reference_m)),
       device_(device, hand, period_s_) {
   place({});
 }
@@ -74,7 +74,7 @@ std::int64_t loop_stamp_ns(std::uint64_t tick, double rate_hz) {
   return std::llround(static_cast<double>(tick + 1) * 1e9 / rate_hz);
 }
 
-StepInput ClosedLoop::input() const {
+StepInput ClosedLoop::sample() const {
   StepInput input;
   input.sequence = tick_;
   input.stamp_ns = loop_stamp_ns(tick_, rate_hz_);
@@ -88,19 +88,24 @@ StepInput ClosedLoop::input() const {
 void ClosedLoop::guide(const DeviceState& state) {
   device_.place(state);
   accepted_ = {};
-  static_cast<void>(session_.step(input()));
+  static_cast<void>(session_.step(sample()));
   ++tick_;
 }
 
 LoopTick ClosedLoop::step(const HandStroke& stroke) {
+  const StepInput given = sample();
+  return move_on(given, session_.step(given), stroke);
+}
+
+LoopTick ClosedLoop::move_on(const StepInput& sample, const StepResult& result,
+                             const HandStroke& stroke) {
   LoopTick out;
   out.tick = tick_;
   out.t_s = static_cast<double>(tick_) / rate_hz_;
   out.device = device_.state();
-  const StepInput sample = input();
   out.sensed_wa = sample.pose_wa;
   out.accepted_w = sample.accepted_wrench_w;
-  out.result = session_.step(sample);
+  out.result = result;
 
   Load command{out.result.wrench_w.force_w.cast<double>(),
                out.result.wrench_w.torque_w.cast<double>()};
@@ -125,6 +130,16 @@ LoopRecord loop_record(const ClosedLoop& loop, const LoopTick& tick) {
   return record;
 }
 
+namespace {
+
+/// The hand's target, of a record.
+void note_target(const MotionSample& sample, LoopRecord& record) {
+  std::copy(sample.p, sample.p + 3, record.target_m.begin());
+  std::copy(sample.q_wxyz, sample.q_wxyz + 4, record.target_wxyz.begin());
+}
+
+}  // namespace
+
 std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample> motion,
                                  const std::function<void(const LoopRecord&)>& after_tick,
                                  const std::function<void(double)>& before_tick) {
@@ -137,11 +152,47 @@ std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample>
     if (k + 1 < motion.size()) stroke.to = loop.grip_of(motion[k + 1]);
     if (before_tick) before_tick(loop.time_s());
     LoopRecord record = loop_record(loop, loop.step(stroke));
-    std::copy(motion[k].p, motion[k].p + 3, record.target_m.begin());
-    std::copy(motion[k].q_wxyz, motion[k].q_wxyz + 4, record.target_wxyz.begin());
+    note_target(motion[k], record);
     records.push_back(record);
     if (after_tick) after_tick(record);
     stroke.from = stroke.to;
+  }
+  return records;
+}
+
+Hands::Each<std::vector<LoopRecord>> run_loops(
+    CoreSession& session, const Hands::Each<ClosedLoop*>& loops,
+    const Hands::Each<std::span<const MotionSample>>& motions,
+    const std::function<void(const Hands::Each<LoopRecord>&)>& after_tick,
+    const std::function<void(double)>& before_tick) {
+  Hands::Each<std::vector<LoopRecord>> records;
+  if (motions[0].empty() || motions[1].empty()) return records;
+  const auto target = [&](std::size_t hand, std::size_t k) {
+    const std::span<const MotionSample> motion = motions[hand];
+    return loops[hand]->grip_of(motion[std::min(k, motion.size() - 1)]);
+  };
+  Hands::Each<HandStroke> strokes;
+  for (std::size_t hand = 0; hand < kMostHands; ++hand) {
+    const HandTarget from = target(hand, 0);
+    strokes[hand] = {from, from};
+    loops[hand]->place({from.x0_w, from.q_wa, Vector::Zero(), Vector::Zero()});
+  }
+  const std::size_t ticks = std::max(motions[0].size(), motions[1].size());
+  for (std::size_t k = 0; k < ticks; ++k) {
+    if (before_tick) before_tick(loops[0]->time_s());
+    const Hands::Each<StepInput> samples{loops[0]->sample(), loops[1]->sample()};
+    const Hands::Each<StepResult> results = session.step_both({&samples[0], &samples[1]});
+    Hands::Each<LoopRecord> tick;
+    for (std::size_t hand = 0; hand < kMostHands; ++hand) {
+      HandStroke& stroke = strokes[hand];
+      stroke.to = target(hand, k + 1);
+      tick[hand] = loop_record(*loops[hand],
+                               loops[hand]->move_on(samples[hand], results[hand], stroke));
+      note_target(motions[hand][std::min(k, motions[hand].size() - 1)], tick[hand]);
+      records[hand].push_back(tick[hand]);
+      stroke.from = stroke.to;
+    }
+    if (after_tick) after_tick(tick);
   }
   return records;
 }

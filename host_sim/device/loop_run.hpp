@@ -42,9 +42,9 @@ std::string fit_to_device(CoreSession& session, const DeviceModel& device, doubl
 /// Not movable; `session` must outlive it. Owner: one thread.
 class ClosedLoop {
  public:
-  /// `rate_hz` from 1 to 1e6. @throws tools::InputError.
-  ClosedLoop(CoreSession& session, const DeviceModel& device, const HandModel& hand,
-             double rate_hz);
+  /// `rate_hz` from 1 to 1e6; `number` of the hand. @throws tools::InputError.
+  ClosedLoop(CoreSession& session, const DeviceModel& device, const HandModel& hand, double rate_hz,
+             std::uint32_t number = 0);
   ClosedLoop(const ClosedLoop&) = delete;
   ClosedLoop& operator=(const ClosedLoop&) = delete;
 
@@ -58,6 +58,10 @@ class ClosedLoop {
   /// Samples, steps the core, and lets the device move on for one period while the hand's target
   /// moves from `stroke.from` to `stroke.to`.
   LoopTick step(const HandStroke& stroke);
+
+  /// The two halves of a step, where the core is stepped together with that of another hand.
+  [[nodiscard]] StepInput sample() const;
+  LoopTick move_on(const StepInput& sample, const StepResult& result, const HandStroke& stroke);
 
   [[nodiscard]] double period_s() const { return period_s_; }
   /// Time of the next tick.
@@ -73,8 +77,6 @@ class ClosedLoop {
   [[nodiscard]] Pose mesh_pose(const HandTarget& grip) const;
 
  private:
-  [[nodiscard]] StepInput input() const;
-
   CoreSession& session_;
   double rate_hz_, period_s_;
   Vector grip_a_;  ///< grip point in A's mesh frame
@@ -102,6 +104,14 @@ struct LoopRecord {
 [[nodiscard]] std::vector<LoopRecord> run_loop(
     ClosedLoop& loop, std::span<const MotionSample> motion,
     const std::function<void(const LoopRecord&)>& after_tick = {},
+    const std::function<void(double t_s)>& before_tick = {});
+
+/// Both hands of a scene, each with a loop and a motion; the shorter one rests at its end. As
+/// run_loop. `after_tick` is called once both have moved on.
+[[nodiscard]] Hands::Each<std::vector<LoopRecord>> run_loops(
+    CoreSession& session, const Hands::Each<ClosedLoop*>& loops,
+    const Hands::Each<std::span<const MotionSample>>& motions,
+    const std::function<void(const Hands::Each<LoopRecord>&)>& after_tick = {},
     const std::function<void(double t_s)>& before_tick = {});
 
 /// Header of the run's CSV, without the end of line: the replay's columns, then proxy, device, hand

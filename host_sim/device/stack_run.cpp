@@ -120,6 +120,16 @@ StackRecord record_of(const StackTick& tick, LawId law, bool was_rendered, doubl
   return out;
 }
 
+/// The last period of a hand's device. `was_rendered`: ever; kept.
+StackRecord newest_record(DeviceStack& stack, std::size_t hand, bool& was_rendered,
+                          const MotionSample& wanted) {
+  const StackTick& tick = stack.tick(hand);
+  const double delivered_j =
+      stack.bus(hand).with_model([](const ReferenceModel& model) { return model.delivered_j(); });
+  was_rendered = was_rendered || tick.servo.rendered_new;
+  return record_of(tick, stack.law(), was_rendered, delivered_j, wanted);
+}
+
 void append_vector(std::string& csv, const Vector& v) {
   for (int k = 0; k < 3; ++k) append_number(csv += ',', v[k]);
 }
@@ -222,8 +232,9 @@ StackSettings stack_over(StackCarrier carrier, const DeviceModel& device,
 }
 
 std::function<HandAction(double)> scripted_hand(const CoreSession& session,
-                                                std::vector<MotionSample> motion, double rate_hz) {
-  const Vector grip_a = Eigen::Map<const Vector>(session.view().bodies()[0].reference_m);
+                                                std::vector<MotionSample> motion, double rate_hz,
+                                                std::uint32_t number) {
+  const Vector grip_a = Eigen::Map<const Vector>(session.view_of(number).bodies()[0].reference_m);
   const double end_s = static_cast<double>(motion.size() - 1) / rate_hz;
   return [grip_a, end_s, rate_hz, path = std::move(motion)](double t_s) {
     const auto k = static_cast<std::size_t>(std::llround(t_s * rate_hz));
@@ -246,12 +257,28 @@ std::vector<StackRecord> run_stack(DeviceStack& stack, std::span<const MotionSam
   bool was_rendered = false;
   for (std::size_t k = 1; k < motion.size(); ++k) {
     if (before_step) before_step(motion[k].t_s);
-    const StackTick tick = stack.step();
-    const double delivered_j =
-        stack.bus().with_model([](const ReferenceModel& model) { return model.delivered_j(); });
-    was_rendered = was_rendered || tick.servo.rendered_new;
-    records.push_back(record_of(tick, stack.law(), was_rendered, delivered_j, motion[k]));
+    static_cast<void>(stack.step());
+    records.push_back(newest_record(stack, 0, was_rendered, motion[k]));
     if (after_step) after_step(records.back());
+  }
+  return records;
+}
+
+Hands::Each<std::vector<StackRecord>> run_stacks(
+    DeviceStack& stack, const Hands::Each<std::span<const MotionSample>>& motions,
+    const std::function<void(const Hands::Each<StackRecord>&)>& after_step,
+    const std::function<void(double)>& before_step) {
+  Hands::Each<std::vector<StackRecord>> records;
+  Hands::Each<bool> was_rendered{};
+  for (std::size_t k = 1; k < std::min(motions[0].size(), motions[1].size()); ++k) {
+    if (before_step) before_step(motions[0][k].t_s);
+    static_cast<void>(stack.step());
+    Hands::Each<StackRecord> newest;
+    for (std::size_t hand = 0; hand < kMostHands; ++hand) {
+      newest[hand] = newest_record(stack, hand, was_rendered[hand], motions[hand][k]);
+      records[hand].push_back(newest[hand]);
+    }
+    if (after_step) after_step(newest);
   }
   return records;
 }

@@ -26,10 +26,11 @@ inline constexpr double kDeadmanAfter_s = 0.1, kDeadmanBefore_s = 0.1;
                                        double rate_hz);
 
 /// The hand along a motion that has the device's rate, resting at its end, with the deadman. D is
-/// W.
+/// W; `number` of the hand.
 [[nodiscard]] std::function<HandAction(double t_s)> scripted_hand(const CoreSession& session,
                                                                   std::vector<MotionSample> motion,
-                                                                  double rate_hz);
+                                                                  double rate_hz,
+                                                                  std::uint32_t number = 0);
 
 /// The values of every period of the device that a run keeps.
 struct StackRecord {
@@ -51,6 +52,12 @@ struct StackRecord {
 [[nodiscard]] std::vector<StackRecord> run_stack(
     DeviceStack& stack, std::span<const MotionSample> motion,
     const std::function<void(const StackRecord&)>& after_step = {},
+    const std::function<void(double t_s)>& before_step = {});
+
+/// Both devices of a stack, along motions of one length.
+[[nodiscard]] Hands::Each<std::vector<StackRecord>> run_stacks(
+    DeviceStack& stack, const Hands::Each<std::span<const MotionSample>>& motions,
+    const std::function<void(const Hands::Each<StackRecord>&)>& after_step = {},
     const std::function<void(double t_s)>& before_step = {});
 
 /// The columns of loop_csv, then arming, faults, link and the wrenches behind the rendering, then

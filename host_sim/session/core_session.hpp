@@ -47,6 +47,14 @@ class CoreSession {
   [[nodiscard]] StepResult step(const StepInput& input) {
     return parts_ ? parts_->hands.step(input) : core_->step(input);
   }
+  /// One tick of both hands, in a scene with two.
+  [[nodiscard]] Hands::Each<StepResult> step_both(const Hands::Each<const StepInput*>& inputs) {
+    return parts_->hands.step(inputs);
+  }
+  /// The scene in which a hand holds its part, or held its last one.
+  [[nodiscard]] const SceneView& view_of(std::uint32_t hand) const {
+    return parts_ && hand > 0 ? parts_->hands.hand(hand).scene() : view_;
+  }
   /// Bounds of its work.
   [[nodiscard]] const SceneCapacity& bounds() const {
     return parts_ ? parts_->hands.bounds() : view_.header().capacity;

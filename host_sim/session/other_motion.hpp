@@ -30,6 +30,17 @@ class OtherMotion {
   /// Where something else does: the newest ones, by driven part.
   [[nodiscard]] std::span<const FrameRecord> poses_before_tick(double t_s);
   void after_tick(const tools::TickRecord& tick);
+  /// Takes them through the loop's memory, before a period of a stack.
+  template <class Stack>
+  void give(Stack& stack, double t_s) {
+    const std::int64_t later_ns = stack.now_ns() - DriveRun::stamp_ns(t_s);
+    const std::span<const FrameRecord> records = poses_before_tick(t_s);
+    for (std::size_t k = 0; k < records.size(); ++k) {
+      FrameRecord record = records[k];
+      record.stamp_ns += later_ns;
+      stack.drive(k, record);
+    }
+  }
 
   /// The newest tick as viewers get it.
   [[nodiscard]] tools::LiveState shown(const tools::TickRecord& tick) const;
