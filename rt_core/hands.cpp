@@ -21,6 +21,8 @@ RtStatus Hands::open_law(const PartScenes& parts, std::span<std::byte> memory) n
     const std::span<const std::byte> scene = parts.pair_scene(a, 1 - a);
     if (scene.empty()) continue;
     status = SceneView::open(scene, between_);
+    if (status == RtStatus::kOk && !PartHand::is_same_part(between_, hands_[a].scene()))
+      status = RtStatus::kBlobBadNumber;
     scenes.between = &between_;
     scenes.between_a = a;
   }
@@ -42,9 +44,11 @@ RtStatus Hands::begin_two(const PartScenes& parts, const Each<PartHand::Room>& r
   for (std::uint32_t k = 0; k < kMostHands; ++k) {
     hands_[k].join(*motion_);
     const Pose start_wa = pose_of(parts.start_of(k));
-    goals_[k].q_wa = start_wa.q_wa;
-    goals_[k].r_wa = start_wa.q_wa.toRotationMatrix();
-    goals_[k].x0_w = start_wa.p_wa + goals_[k].r_wa * hands_[k].grip_a();
+    GripPose goal;
+    goal.q_wa = start_wa.q_wa;
+    goal.r_wa = start_wa.q_wa.toRotationMatrix();
+    goal.x0_w = start_wa.p_wa + goal.r_wa * hands_[k].grip_a();
+    motion_->lead(k, goal);
   }
   return RtStatus::kOk;
 }
@@ -61,8 +65,14 @@ Hands::Each<StepResult> Hands::step(const Each<const StepInput*>& inputs) noexce
   return {inputs[0] != nullptr ? hands_[0].step(*inputs[0]) : StepResult{}, StepResult{}};
 }
 
-StepResult Hands::step(const StepInput& input) noexcept {
-  return count_ > 1 ? step_two({&input, nullptr})[0] : hands_[0].step(input);
+StepResult Hands::step(const StepInput& input) noexcept { return hands_[0].step(input); }
+
+Pose Hands::felt_wa(std::uint32_t number) const noexcept {
+  const PartHand& hand = hands_[number];
+  if (motion_ == nullptr) return hand.felt_wa_;
+  const SharedMotion& told = motion_->of_hand(number);
+  if (!told.started) return pose_of(hand.places()[number]);
+  return {told.pose.x0_w - told.pose.r_wa * hand.grip_a(), told.pose.q_wa};
 }
 
 void Hands::reset() noexcept {
@@ -80,11 +90,11 @@ Hands::Each<StepResult> Hands::step_two(const Each<const StepInput*>& inputs) no
     PartHand& hand = hands_[k];
     given[k] = hand.enter(*inputs[k]);
     aimed[k] = hand.core().aim(given[k], goals[k]) == RtStatus::kOk;
-    if (aimed[k]) goals_[k] = goals[k].grip;
+    if (aimed[k]) motion_->lead(k, goals[k].grip);
     if (!aimed[k]) results[k] = hand.leave(hand.core().step(given[k]));
   }
   if (!aimed[0] && !aimed[1]) return results;
-  motion_->tick(goals_);
+  motion_->tick();
   for (std::uint32_t k = 0; k < kMostHands; ++k) {
     if (!aimed[k]) continue;
     results[k] = hands_[k].leave(hands_[k].core().render(given[k], goals[k]));

@@ -57,6 +57,8 @@ class Hands {
   [[nodiscard]] const SceneCapacity& bounds() const noexcept { return hands_[0].bounds(); }
   /// Driven parts after the last step.
   [[nodiscard]] const DrivenParts& driven() const noexcept { return hands_[0].driven(); }
+  /// Where the part that a hand holds is felt, or was last: its mesh frame.
+  [[nodiscard]] Pose felt_wa(std::uint32_t number) const noexcept;
   /// For two hands: sum of the contacts on the part of one, of the last step: about its grip point,
   /// W axes.
   [[nodiscard]] Wrench contact_w(std::uint32_t number) const noexcept {
@@ -74,7 +76,6 @@ class Hands {
   DrivenParts driven_;  ///< of two hands
   SceneView between_;
   JointMotion* motion_ = nullptr;  ///< of two hands; else null
-  Each<GripPose> goals_;
 };
 
 }  // namespace haptic

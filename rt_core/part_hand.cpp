@@ -19,13 +19,6 @@ Vec3 grip_of(const SceneView& scene) noexcept {
   return grip;
 }
 
-/// The moving bodies of both scenes are one.
-bool is_same_part(const SceneView& one, const SceneView& other) noexcept {
-  const BodyRecord &a = one.bodies()[0], &b = other.bodies()[0];
-  return a.piece_count == b.piece_count &&
-         std::equal(a.reference_m, a.reference_m + 3, b.reference_m);
-}
-
 /// By more than rounding.
 bool differs(const Pose& one, const Pose& other) noexcept {
   constexpr Real kRoundings = 64 * kRealEpsilon;
@@ -42,6 +35,13 @@ bool is_let_go(const StepResult& result) noexcept {
 }
 
 }  // namespace
+
+/// The moving bodies of both scenes are one.
+bool PartHand::is_same_part(const SceneView& one, const SceneView& other) noexcept {
+  const BodyRecord &a = one.bodies()[0], &b = other.bodies()[0];
+  return a.piece_count == b.piece_count &&
+         std::equal(a.reference_m, a.reference_m + 3, b.reference_m);
+}
 
 /// The scenes of the part and each driven one that it may meet.
 RtStatus PartHand::open_driven(const PartScenes& parts, std::uint32_t part, Side& side,
@@ -182,7 +182,7 @@ void PartHand::put_down(const StepResult& last) noexcept {
 }
 
 bool PartHand::follow(const DrivenInput& input) noexcept {
-  driven_lost_ = driven_->follow(input) != 0;
+  driven_lost_ = (driven_->follow(input) & 1u << number_) != 0;
   return driven_lost_;
 }
 
@@ -208,12 +208,13 @@ void PartHand::take_given() noexcept {
   given_j = 0;
 }
 
-/// The tick of the part that is held: by itself, or among driven ones.
+/// The tick of the part that is held: by itself, or among others that move.
 StepResult PartHand::step_core(const StepInput& input) noexcept {
   JointMotion* const motion = sides_[side_].motion;
   Goal goal;
   if (motion == nullptr || core().aim(input, goal) != RtStatus::kOk) return core().step(input);
-  motion->tick({&goal.grip, 1});
+  motion->lead(number_, goal.grip);
+  motion->tick();
   const StepResult result = core().render(input, goal);
   take_given();
   return result;

@@ -49,10 +49,11 @@ class PartHand {
   /// follow their streams. Where one is lost that touches the part, the steps let the wrench fade
   /// until it is found (kFlagDrivenLost). @return whether that is so: a cause to release the hand.
   bool follow(const DrivenInput& input) noexcept;
-  /// One tick. While the hand holds nothing the wrench is zero, proxy_pose_wa is where the last
-  /// part was left, and goal_pose_wa where the hand would lead it. StepInput::pose_wa is that of
-  /// the first part's mesh frame as the hand leads it, also while another part is held: each is led
-  /// by its own grip point as the first one is by its, on from where it was taken.
+  /// One tick. The part of the other of two hands is held still (hands.hpp). While the hand holds
+  /// nothing the wrench is zero, proxy_pose_wa is where the last part was left, and goal_pose_wa
+  /// where the hand would lead it. StepInput::pose_wa is that of the first part's mesh frame as the
+  /// hand leads it, also while another part is held: each is led by its own grip point as the first
+  /// one is by its, on from where it was taken.
   [[nodiscard]] StepResult step(const StepInput& input) noexcept;
   /// Forgets all contact history. A part that was taken, or is being let go, stays where it is
   /// felt; the first part, as long as it has not been let go, begins where the device leads it.
@@ -114,6 +115,7 @@ class PartHand {
   [[nodiscard]] RtStatus open_law(std::uint32_t part, Side& side) noexcept;
   [[nodiscard]] static RtStatus open_driven(const PartScenes& parts, std::uint32_t part, Side& side,
                                             JointScenes::OfHand& of, bool& meets) noexcept;
+  [[nodiscard]] static bool is_same_part(const SceneView& one, const SceneView& other) noexcept;
   /// A tick with a part in the hand: what its core is given, and what its result means.
   [[nodiscard]] StepInput enter(const StepInput& input) noexcept;
   [[nodiscard]] StepResult leave(StepResult result) noexcept;

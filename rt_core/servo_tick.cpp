@@ -212,10 +212,6 @@ ServoTick::ServoTick(HapticCore* core, PartHand* hand, const ServoParameters& pa
   if (of_scene.limits_turn()) parameters_.envelope.max_angle_rad = 0;
 }
 
-bool ServoTick::is_one_of_two() const noexcept {
-  return !kSceneTraits.image && hand_ != nullptr && hand_->is_of_two();
-}
-
 // An image has one core, and asks for no hand.
 void ServoTick::reset_core() noexcept {
   if (!kSceneTraits.image && hand_ != nullptr) {
@@ -369,9 +365,8 @@ std::uint32_t ServoTick::check_frame(const ServoInput& input) noexcept {
   bool cause = frame_.follow(input.frame, input.now_ns, felt);
   broken_ = broken_ || frame_.has_jumped();
   if (!kSceneTraits.image && hand_ != nullptr) {
-    // Two hands have both followed already.
-    const bool lost = is_one_of_two() ? hand_->is_driven_lost()
-                                      : hand_->follow({input.driven, input.now_ns, felt});
+    const bool lost = input.has_followed ? hand_->is_driven_lost()
+                                         : hand_->follow({input.driven, input.now_ns, felt});
     cause = cause || lost;
   }
   return cause ? std::uint32_t{kFaultFrame} : 0u;

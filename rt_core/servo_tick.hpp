@@ -62,7 +62,9 @@ struct ServoInput {
   bool report_goal_contact = false;  ///< as in StepInput; else the trace's d_near_m is kNotSearched
   FrameRecord frame;  ///< of the fixed parts, the newest; number 0: none yet, they stand in W
   std::span<const FrameRecord> driven;  ///< the newest of driven parts (DrivenInput)
-  bool other_is_felt = false;           ///< the other of two hands exerts a force, or is about to
+  /// For two hands with a device each (two_hand_tick.hpp): the other exerts a force, or is about
+  /// to; and the driven parts have followed their streams before.
+  bool other_is_felt = false, has_followed = false;
 };
 
 struct ServoResult {
@@ -155,7 +157,6 @@ class ServoTick {
  private:
   ServoTick(HapticCore* core, PartHand* hand, const ServoParameters& parameters,
             const SceneCapacity& bounds, FlightRecorder* recorder) noexcept;
-  [[nodiscard]] bool is_one_of_two() const noexcept;
   void reset_core() noexcept;
   [[nodiscard]] StepResult step_core(const StepInput& input) noexcept;
   [[nodiscard]] const SceneCapacity& bounds() const noexcept;

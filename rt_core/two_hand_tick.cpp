@@ -16,6 +16,7 @@ std::array<ServoResult, kMostHands> TwoHandTick::step(
     given[k].frame = inputs[0].frame;
     given[k].emergency_stop = stopped;
     given[k].other_is_felt = felt[1 - k];
+    given[k].has_followed = true;
     opened[k] = ticks_[k].open(given[k]);
     if (opened[k].renders) to_cores[k] = &opened[k].to_core;
   }

@@ -163,7 +163,8 @@ std::vector<LoopRecord> run_loop(ClosedLoop& loop, std::span<const MotionSample>
 Hands::Each<std::vector<LoopRecord>> run_loops(
     CoreSession& session, const Hands::Each<ClosedLoop*>& loops,
     const Hands::Each<std::span<const MotionSample>>& motions,
-    const std::function<void(const Hands::Each<LoopRecord>&)>& after_tick,
+    const std::function<void(const Hands::Each<LoopRecord>&, const Hands::Each<StepResult>&)>&
+        after_tick,
     const std::function<void(double)>& before_tick) {
   Hands::Each<std::vector<LoopRecord>> records;
   if (motions[0].empty() || motions[1].empty()) return records;
@@ -186,13 +187,13 @@ Hands::Each<std::vector<LoopRecord>> run_loops(
     for (std::size_t hand = 0; hand < kMostHands; ++hand) {
       HandStroke& stroke = strokes[hand];
       stroke.to = target(hand, k + 1);
-      tick[hand] = loop_record(*loops[hand],
-                               loops[hand]->move_on(samples[hand], results[hand], stroke));
+      tick[hand] =
+          loop_record(*loops[hand], loops[hand]->move_on(samples[hand], results[hand], stroke));
       note_target(motions[hand][std::min(k, motions[hand].size() - 1)], tick[hand]);
       records[hand].push_back(tick[hand]);
       stroke.from = stroke.to;
     }
-    if (after_tick) after_tick(tick);
+    if (after_tick) after_tick(tick, results);
   }
   return records;
 }

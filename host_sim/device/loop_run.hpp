@@ -107,11 +107,12 @@ struct LoopRecord {
     const std::function<void(double t_s)>& before_tick = {});
 
 /// Both hands of a scene, each with a loop and a motion; the shorter one rests at its end. As
-/// run_loop. `after_tick` is called once both have moved on.
+/// run_loop. `after_tick` is called once both have moved on, with what their cores said.
 [[nodiscard]] Hands::Each<std::vector<LoopRecord>> run_loops(
     CoreSession& session, const Hands::Each<ClosedLoop*>& loops,
     const Hands::Each<std::span<const MotionSample>>& motions,
-    const std::function<void(const Hands::Each<LoopRecord>&)>& after_tick = {},
+    const std::function<void(const Hands::Each<LoopRecord>&, const Hands::Each<StepResult>&)>&
+        after_tick = {},
     const std::function<void(double t_s)>& before_tick = {});
 
 /// Header of the run's CSV, without the end of line: the replay's columns, then proxy, device, hand

@@ -225,10 +225,10 @@ void JointMotion::lead_back() noexcept {
 
 /// One hand's part that begins is at its goal. Of two it is at its goal at first, and after that
 /// begins where it is; as all others do.
-void JointMotion::begin(std::span<const GripPose> goals) noexcept {
+void JointMotion::begin() noexcept {
   std::array<GripPose, kMostMovingBodies> poses;
   for (std::uint32_t hand = 0; hand < hands_; ++hand)
-    poses[hand] = has_begun_ && hands_ > 1 ? law_.pose(hand) : goals[hand];
+    poses[hand] = has_begun_ && hands_ > 1 ? law_.pose(hand) : goals_[hand];
   for (std::uint32_t j = 0; j < met_count_; ++j) poses[hands_ + j] = parts_->felt(met_[j]);
   law_.begin(std::span(poses).first(hands_ + met_count_));
   for (SharedMotion& hand : told_) hand.started = true;
@@ -257,12 +257,12 @@ void JointMotion::tell(std::uint32_t hand, const BodiesTick& moved, const GripPo
   feel(hand);
 }
 
-void JointMotion::tick(std::span<const GripPose> hand_goals) noexcept {
+void JointMotion::tick() noexcept {
   const bool started = std::all_of(told_.begin(), told_.begin() + hands_,
                                    [](const SharedMotion& hand) { return hand.started; });
-  if (!started) begin(hand_goals);
+  if (!started) begin();
   std::array<GripPose, kMostMovingBodies> goals;
-  std::copy_n(hand_goals.begin(), hands_, goals.begin());
+  std::copy_n(goals_.begin(), hands_, goals.begin());
   for (std::uint32_t j = 0; j < met_count_; ++j) goals[hands_ + j] = parts_->goal(met_[j]);
   const BodiesTick moved = law_.tick(std::span(goals).first(hands_ + met_count_));
   for (std::uint32_t hand = 0; hand < hands_; ++hand) tell(hand, moved, goals[hand]);

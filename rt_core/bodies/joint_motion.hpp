@@ -51,11 +51,16 @@ class JointMotion {
   [[nodiscard]] static RtStatus create(std::span<std::byte> memory, const JointScenes& scenes,
                                        DrivenParts& parts, JointMotion*& motion) noexcept;
 
-  /// Moves all of them, the hands' parts towards `goals`, by hand. Cost: within bounds().
-  void tick(std::span<const GripPose> goals) noexcept;
+  /// Where a hand leads its part, from the next tick on. Each must have been led once before it.
+  void lead(std::uint32_t hand, const GripPose& goal) noexcept { goals_[hand] = goal; }
+  /// Moves all of them towards their goals. Cost: within bounds().
+  void tick() noexcept;
 
   /// The law's word on a hand's part, which its core is to join.
   [[nodiscard]] SharedMotion& of_hand(std::uint32_t hand) noexcept { return told_[hand]; }
+  [[nodiscard]] const SharedMotion& of_hand(std::uint32_t hand) const noexcept {
+    return told_[hand];
+  }
   [[nodiscard]] const SceneCapacity& bounds() const noexcept { return bounds_; }
   [[nodiscard]] std::uint32_t hands() const noexcept { return hands_; }
   /// Sum of the contacts on a hand's part in the last tick: about its grip point, W axes.
@@ -70,7 +75,7 @@ class JointMotion {
   [[nodiscard]] static std::uint32_t list_pairs(const JointScenes& scenes, Pairs& pairs) noexcept;
   void place(Arena& arena, const JointScenes& scenes) noexcept;
   void configure(const JointScenes& scenes) noexcept;
-  void begin(std::span<const GripPose> goals) noexcept;
+  void begin() noexcept;
   void tell(std::uint32_t hand, const BodiesTick& moved, const GripPose& goal) noexcept;
   void feel(std::uint32_t hand) noexcept;
   void lead_back() noexcept;
@@ -79,6 +84,7 @@ class JointMotion {
   BodyLaw law_;
   DrivenParts* parts_;
   std::array<SharedMotion, kMostHands> told_;
+  std::array<GripPose, kMostHands> goals_;
   std::uint32_t hands_ = 1;
   bool has_begun_ = false;
   std::array<std::uint32_t, kMostDriven> met_{};  ///< by body behind the hands': number of the part

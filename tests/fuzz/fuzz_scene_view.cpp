@@ -9,7 +9,7 @@
 #include <span>
 #include <string>
 
-#include "rt_core/part_hand.hpp"
+#include "rt_core/hands.hpp"
 #include "tests/fuzz/fuzz_target.hpp"
 #include "tests/support/counter_bounds.hpp"
 #include "tools/common/scene_bytes.hpp"
@@ -39,7 +39,7 @@ void correct_parts(std::span<std::byte> blob) {
   if (haptic::SceneView::open(blob, scene) != haptic::RtStatus::kOk) return;
   std::span<std::byte> inside;
   std::span<const haptic::PartRecord> parts;
-  std::span<const haptic::DrivenPair> pairs;
+  std::span<const haptic::BodyPairRecord> pairs;
   for (const haptic::SectionEntry& s : scene.sections()) {
     const auto offset = static_cast<std::size_t>(s.offset);
     const auto bytes = static_cast<std::size_t>(s.count * s.element_bytes);
@@ -47,8 +47,8 @@ void correct_parts(std::span<std::byte> blob) {
     if (s.id == haptic::SectionId::kParts && s.element_bytes == sizeof(haptic::PartRecord))
       parts = {reinterpret_cast<const haptic::PartRecord*>(blob.data() + offset),
                static_cast<std::size_t>(s.count)};
-    if (s.id == haptic::SectionId::kDrivenPairs && s.element_bytes == sizeof(haptic::DrivenPair))
-      pairs = {reinterpret_cast<const haptic::DrivenPair*>(blob.data() + offset),
+    if (s.id == haptic::SectionId::kBodyPairs && s.element_bytes == sizeof(haptic::BodyPairRecord))
+      pairs = {reinterpret_cast<const haptic::BodyPairRecord*>(blob.data() + offset),
                static_cast<std::size_t>(s.count)};
   }
   const auto correct_scene = [&](std::uint64_t begin, std::uint64_t size) {
@@ -56,7 +56,8 @@ void correct_parts(std::span<std::byte> blob) {
     correct_header(inside.subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(size)));
   };
   for (const haptic::PartRecord& part : parts) correct_scene(part.scene_begin, part.scene_bytes);
-  for (const haptic::DrivenPair& pair : pairs) correct_scene(pair.scene_begin, pair.scene_bytes);
+  for (const haptic::BodyPairRecord& pair : pairs)
+    correct_scene(pair.scene_begin, pair.scene_bytes);
   correct_header(blob);
 }
 
@@ -132,7 +133,7 @@ void run_core(const haptic::SceneView& scene) {
 
 constexpr std::size_t kMostLawBytes = std::size_t{1} << 26;
 
-/// Takes every part that may be held, and lets it go.
+/// Takes every part that may be held, and lets it go; two hands press theirs on.
 void run_parts(const haptic::SceneView& scene) {
   haptic::PartScenes parts;
   if (haptic::PartScenes::open(scene, parts) != haptic::RtStatus::kOk || parts.count() == 0) return;
@@ -144,11 +145,13 @@ void run_parts(const haptic::SceneView& scene) {
     state[k] = haptic::tools::SceneBytes(parts.most_state_bytes());
     law[k] = haptic::tools::SceneBytes(parts.most_law_bytes());
   }
-  haptic::PartHand hand;
-  if (hand.begin(parts, {bytes[0].span(), state[0].span(), law[0].span()},
-                 {bytes[1].span(), state[1].span(), law[1].span()}) != haptic::RtStatus::kOk) {
+  haptic::Hands hands;
+  if (hands.begin(parts, {haptic::PartHand::Room{bytes[0].span(), state[0].span(), law[0].span()},
+                          {bytes[1].span(), state[1].span(), law[1].span()}}) !=
+      haptic::RtStatus::kOk) {
     return;
   }
+  haptic::PartHand& hand = hands.hand(0);
   // Driven parts come from their start along -x, as fast as they may.
   std::array<haptic::FrameRecord, haptic::kMostDriven> frames;
   const std::span<const haptic::FrameRecord> newest =
@@ -171,11 +174,19 @@ void run_parts(const haptic::SceneView& scene) {
       frame.fastest_rad_per_s = driven.fastest_rad_per_s;
       frame.late_ns = static_cast<std::int64_t>(1e9 * driven.late_s);
     }
-    hand.follow({newest, now_ns, true});
-    const haptic::StepResult result = hand.step(input);
-    check_tick(hand.bounds(), result);
+    hands.follow({newest, now_ns, true});
+    const bool has_second = hands.count() > 1 && ticks % 5 != 0;
+    const haptic::StepInput second =
+        has_second ? pressed(hands.hand(1).scene(), static_cast<unsigned>(ticks)) : input;
+    const haptic::Hands::Each<haptic::StepResult> results =
+        hands.step({&input, has_second ? &second : nullptr});
+    for (const haptic::StepResult& result : results) check_tick(hands.bounds(), result);
   };
   constexpr unsigned kLongestRamp = 400;
+  if (hands.count() > 1) {
+    for (unsigned tick = 0; tick < kPressedTicks; ++tick) step_hand(pressed(hand.scene(), tick));
+    return;
+  }
   for (std::uint32_t part = 0; part < parts.count(); ++part) {
     for (unsigned tick = 0; tick < kPressedTicks; ++tick) step_hand(pressed(hand.scene(), tick));
     hand.release();

@@ -86,7 +86,7 @@ std::string driven_blob(const tools::Body& held, const tools::Body& driven,
   parts[0].role = PartRole::kHand;
   parts[0].scene = tools::write_scene(standing);
   parts[0].others = {1};
-  parts[0].pairs.push_back({0, tools::write_scene(pair)});
+  parts[0].pairs.push_back({2, tools::write_scene(pair)});
   parts[2].role = PartRole::kDriven;
   parts[0].start.p_wa_m[2] = parts[2].start.p_wa_m[2] = kFreeStart_m[2];
   parts[2].start.p_wa_m[0] = kBeside_m;
@@ -98,6 +98,38 @@ std::string driven_blob(const tools::Body& held, const tools::Body& driven,
   record.ratio = kDrivenRatio;
   record.radius_m = 0.1;
   const std::vector<std::byte> whole = tools::with_parts(around, parts, {record});
+  return {reinterpret_cast<const char*>(whole.data()), whole.size()};
+}
+
+/// A part in each of two hands, over a plate.
+std::string two_hand_blob(const tools::Body& first, const tools::Body& second,
+                          const tools::Body& plate) {
+  constexpr double kBeside_m = 0.2;
+  std::vector<tools::HeldPart> parts(3);
+  const auto scene_of = [&](const tools::Body& held, const tools::Body& other, double held_x_m,
+                            double other_x_m) {
+    tools::SceneDescription scene = test::scene_of(held, {other});
+    scene.moving.position_m = {held_x_m, 0.0, kFreeStart_m[2]};
+    scene.statics[0].position_m = {other_x_m, 0.0, 0.0};
+    scene.parameters.law = LawId::kProxy;
+    scene.parameters.goal_contact = 0;
+    return scene;
+  };
+  for (std::uint32_t k = 0; k < 2; ++k) {
+    const double x_m = k == 0 ? 0 : kBeside_m;
+    parts[k].role = k == 0 ? PartRole::kHand : PartRole::kHand2;
+    parts[k].scene = tools::write_scene(scene_of(k == 0 ? first : second, plate, x_m, 0));
+    parts[k].others = {2};
+    parts[k].start.p_wa_m[0] = x_m;
+    parts[k].start.p_wa_m[2] = kFreeStart_m[2];
+  }
+  tools::SceneDescription pair = scene_of(first, second, -kBeside_m, 0);
+  pair.moving.position_m[2] = 0;
+  parts[0].pairs.push_back({1, tools::write_scene(pair)});
+  tools::SceneDescription around = scene_of(first, second, 0, kBeside_m);
+  around.statics[0].position_m[2] = kFreeStart_m[2];
+  around.statics.push_back({plate, {0, 0, 0}});
+  const std::vector<std::byte> whole = tools::with_parts(tools::write_scene(around), parts);
   return {reinterpret_cast<const char*>(whole.data()), whole.size()};
 }
 
@@ -237,6 +269,7 @@ std::vector<Seed> seeds() {
                  {"rough", written(rough)},
                  {"parts", parts_blob(tetrahedron, small_block, table)},
                  {"driven", driven_blob(tetrahedron, small_block, table)},
+                 {"two_hands", two_hand_blob(tetrahedron, small_block, table)},
                  {"marked", marked_blob(tetrahedron, test::join({table, step}), false)},
                  {"fixed_cut", fixed_cut_blob(tetrahedron, LawId::kPaper)},
                  {"fixed_cut_proxy", fixed_cut_blob(tetrahedron, LawId::kProxy)},

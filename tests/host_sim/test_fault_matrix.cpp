@@ -172,6 +172,55 @@ TEST_SUITE("host_sim.fault_matrix") {
     CHECK(some_failure_says(judged("device deaf", "overheated"), "cuts by the device"));
   }
 
+  TEST_CASE("two hands: a fault at the device of one leaves the other as it is") {
+    for (const StackCarrier carrier : {StackCarrier::kUsb, StackCarrier::kDirect}) {
+      FaultMatrixOptions options;
+      options.run.hands = 2;
+      options.run.carrier = carrier;
+      options.threads = kThreads;
+      options.wanted = [](const FaultCase& cell) {
+        return cell.state == FaultState::kArmedContact;
+      };
+      const std::vector<FaultVerdict> verdicts = run_fault_matrix(options);
+      CHECK(verdicts.size() >= 2 * 10);
+      CHECK(failures_of(verdicts) == "");
+      for (const FaultVerdict& v : verdicts)
+        if (v.trace.others.size() != v.trace.samples.size()) FAIL("the other hand was not seen");
+    }
+  }
+
+  TEST_CASE("[long] two hands: every fault in every state at each device") {
+    FaultMatrixOptions options;
+    options.run.hands = 2;
+    options.threads = kThreads;
+    const std::vector<FaultVerdict> verdicts = run_fault_matrix(options);
+    MESSAGE(verdicts.size(), " cells");
+    CHECK(failures_of(verdicts) == "");
+  }
+
+  TEST_CASE("probe: two hands: a fault that the other one feels is noticed") {
+    FaultSettings settings;
+    settings.hands = 2;
+    const std::vector<std::byte> scene = fault_scene(2);
+    const auto run = [&](const char* name) {
+      return run_fault(scene, {FaultState::kArmedContact, &stack_fault_named(name)}, settings);
+    };
+    const FaultTrace unharmed = run("none");
+    const FaultCase lost{FaultState::kArmedContact, &stack_fault_named("lost 50")};
+    const FaultTrace trace = run("lost 50");
+    CHECK(judge_fault(lost, trace, unharmed, settings).failures.empty());
+    FaultTrace felt = trace;
+    for (std::size_t k = felt.injected + 5; k < felt.injected + 20; ++k)
+      felt.others[k].acting.force_w *= 0.5;
+    CHECK(some_failure_says(judge_fault(lost, felt, unharmed, settings), "the other hand: "));
+    // An emergency stop is one of both.
+    const FaultCase stop{FaultState::kArmedContact, &stack_fault_named("emergency stop by call")};
+    FaultTrace kept = run("emergency stop by call");
+    CHECK(judge_fault(stop, kept, unharmed, settings).failures.empty());
+    kept.others = unharmed.others;
+    CHECK(some_failure_says(judge_fault(stop, kept, unharmed, settings), "the other hand: "));
+  }
+
   TEST_CASE("every fault has its rule, in the same order and with a name of its own") {
     REQUIRE(fault_rules().size() == faults().size());
     std::set<std::string> names;

@@ -140,7 +140,8 @@ tools::CompiledScene compiled(const std::filesystem::path& folder) {
 }
 
 /// The motions of a scene's driven parts: each in the file that has the part's name.
-std::vector<std::string> drives_of(const CoreSession& session, const std::filesystem::path& folder) {
+std::vector<std::string> drives_of(const CoreSession& session,
+                                   const std::filesystem::path& folder) {
   std::vector<std::string> drives;
   if (session.parts() == nullptr) return drives;
   for (const DrivenRecord& driven : session.parts()->driven()) {
@@ -150,15 +151,38 @@ std::vector<std::string> drives_of(const CoreSession& session, const std::filesy
   return drives;
 }
 
-/// With holds and driven parts, where the scene has them.
+/// The motion of a second hand, in the file that has its part's name; else empty.
+std::vector<MotionSample> second_motion(const CoreSession& session,
+                                        const std::filesystem::path& folder) {
+  if (session.parts() == nullptr || session.parts()->hands() == 1) return {};
+  const std::string part(session.parts()->name(1));
+  return make_motion(read_motion_script((folder / (part + ".toml")).string()));
+}
+
+/// One tick of all hands. @return of the first, with the hash of both.
+StepResult step_hands(CoreSession& session, const MotionSample& sample, const MotionSample* second,
+                      std::uint64_t tick) {
+  const StepInput input = input_of(sample, tick);
+  if (second == nullptr) return session.step(input);
+  const StepInput other = input_of(*second, tick);
+  const Hands::Each<StepResult> results = session.step_both({&input, &other});
+  StepResult both = results[0];
+  both.state_hash ^= results[1].state_hash << 1;
+  return both;
+}
+
+/// With holds, driven parts and a second hand, where the scene has them.
 std::vector<TickRecord> run_ticks(CoreSession& session, const MotionScript& script,
                                   const std::vector<MotionSample>& motion,
+                                  const std::vector<MotionSample>& second,
                                   const std::vector<std::string>& drives) {
   OtherMotion others(session, script.holds, drives);
   std::vector<TickRecord> ticks;
   for (const MotionSample& sample : motion) {
     others.before_tick(sample.t_s);
-    const StepResult result = session.step(input_of(sample, ticks.size()));
+    const MotionSample* const other =
+        second.empty() ? nullptr : &second[std::min(ticks.size(), second.size() - 1)];
+    const StepResult result = step_hands(session, sample, other, ticks.size());
     ticks.push_back(tools::record_of(ticks.size(), sample.t_s, result,
                                      session.view().parameters().law, session.hand()->grip_a()));
     others.after_tick(ticks.back());
@@ -174,9 +198,11 @@ RunHashes run_scene(const std::string& name) {
   const std::vector<MotionSample> motion = make_motion(script);
   CoreSession session(scene.bytes, name);
   const std::vector<std::string> drives = drives_of(session, folder);
-  const std::vector<TickRecord> ticks = script.holds.empty() && drives.empty()
+  const std::vector<MotionSample> second = second_motion(session, folder);
+  const bool is_plain = script.holds.empty() && drives.empty() && second.empty();
+  const std::vector<TickRecord> ticks = is_plain
                                             ? replay(session, motion, {}).ticks
-                                            : run_ticks(session, script, motion, drives);
+                                            : run_ticks(session, script, motion, second, drives);
   const auto touching = std::count_if(ticks.begin(), ticks.end(), [](const TickRecord& t) {
     return t.d_near_m <= 0 ||  // a surface has no depth
            t.situation != ContactSituation::kNone;

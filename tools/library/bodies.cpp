@@ -9,17 +9,27 @@
 
 namespace haptic::tools {
 
-std::uint32_t hold_of(const PartHand& hand) noexcept {
-  const PartHand::Phase phase = hand.phase();
-  const bool holds = phase == PartHand::Phase::kHolding || phase == PartHand::Phase::kLettingGo;
-  return holds ? hand.part() + 1 : 0;
+namespace {
+
+Pose in_w(const Pose& frame, const Pose& pose) noexcept {
+  return {frame.p_wa + frame.q_wa * pose.p_wa, frame.q_wa * pose.q_wa};
+}
+
+}  // namespace
+
+void note_holds(const Hands& hands, HeldNow& now) noexcept {
+  const Pose frame = pose_of_numbers(now.frame_pose);
+  for (std::uint32_t k = 0; k < hands.count(); ++k) {
+    const PartHand& hand = hands.hand(k);
+    const PartHand::Phase phase = hand.phase();
+    const bool holds = phase == PartHand::Phase::kHolding || phase == PartHand::Phase::kLettingGo;
+    now.hold[k] = holds ? hand.part() + 1 : 0;
+    write_numbers(in_w(frame, hands.felt_wa(k)), now.felt_pose[k]);
+  }
 }
 
 void note_driven(const PartHand& hand, HeldNow& now) noexcept {
   const Pose frame = pose_of_numbers(now.frame_pose);
-  const auto in_w = [&](const Pose& pose) {
-    return Pose{frame.p_wa + frame.q_wa * pose.p_wa, frame.q_wa * pose.q_wa};
-  };
   const DrivenParts& parts = hand.driven();
   now.driven_count = parts.count();
   for (std::uint32_t k = 0; k < parts.count(); ++k) {
@@ -27,8 +37,8 @@ void note_driven(const PartHand& hand, HeldNow& now) noexcept {
     haptic_driven& driven = now.driven[k];
     driven = haptic_driven{};
     driven.part = parts.record(k).part;
-    write_numbers(in_w(state.felt_wa), driven.pose);
-    write_numbers(in_w(state.commanded_wa), driven.commanded);
+    write_numbers(in_w(frame, state.felt_wa), driven.pose);
+    write_numbers(in_w(frame, state.commanded_wa), driven.commanded);
     driven.lag_m = static_cast<double>(state.lag_m);
     driven.lag_rad = static_cast<double>(state.lag_rad);
     const Wrench& pushed = state.pushed_w;
@@ -87,16 +97,17 @@ std::size_t write_bodies(const PartScenes& parts, const PartHand& hand, const He
       std::copy_n(now.driven[d].pose, 7, body.pose);
       continue;
     }
-    if (now.hold == k + 1) {
-      body.held_by = 1;
-      std::copy_n(now.felt_pose, 7, body.pose);
+    if (const auto held = std::ranges::find(now.hold, k + 1); held != now.hold.end()) {
+      const auto number = static_cast<std::size_t>(held - now.hold.begin());
+      body.held_by = static_cast<std::uint32_t>(number) + 1;
+      std::copy_n(now.felt_pose[number], 7, body.pose);
       continue;
     }
     double pose[7];
     std::copy_n(hand.places()[k].p_wa_m, 3, pose);
     std::copy_n(hand.places()[k].q_wa_xyzw, 4, pose + 3);
     const Pose placed = pose_of_numbers(pose);
-    write_numbers(Pose{frame.p_wa + frame.q_wa * placed.p_wa, frame.q_wa * placed.q_wa}, body.pose);
+    write_numbers(in_w(frame, placed), body.pose);
   }
   return parts.count();
 }

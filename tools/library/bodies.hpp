@@ -6,15 +6,15 @@
 #include <cstdint>
 #include <span>
 
-#include "rt_core/part_hand.hpp"
+#include "rt_core/hands.hpp"
 #include "tools/library/haptic.h"
 
 namespace haptic::tools {
 
-/// The part that is held now, and the driven ones.
+/// The parts that are held now, by hand, and the driven ones.
 struct HeldNow {
-  std::uint32_t hold = 0;                        ///< its number and 1; 0: none is held
-  double felt_pose[7] = {0, 0, 0, 0, 0, 0, 1};   ///< of its mesh frame in W
+  std::array<std::uint32_t, kMostHands> hold{};  ///< their numbers and 1; 0: none is held
+  double felt_pose[kMostHands][7] = {{0, 0, 0, 0, 0, 0, 1}, {0, 0, 0, 0, 0, 0, 1}};  ///< in W
   double frame_pose[7] = {0, 0, 0, 0, 0, 0, 1};  ///< in W, of the frame that the scene is in
   std::uint64_t driven_count = 0;
   std::array<haptic_driven, kMostDriven> driven{};
@@ -36,8 +36,8 @@ void note_driven(const PartHand& hand, HeldNow& now) noexcept;
 /// As many as there is room for. @return how many there are.
 std::size_t write_driven(const HeldNow& now, std::span<haptic_driven> driven) noexcept;
 
-/// Number and 1 of the part that `hand` holds after a tick; 0: none.
-[[nodiscard]] std::uint32_t hold_of(const PartHand& hand) noexcept;
+/// Takes over what the hands hold after a tick, and where it is felt, with the frame of `now`.
+void note_holds(const Hands& hands, HeldNow& now) noexcept;
 
 /// As many as there is room for. @return how many there are. Whoever may prepare the hand calls it.
 std::size_t write_bodies(const PartScenes& parts, const PartHand& hand, const HeldNow& now,

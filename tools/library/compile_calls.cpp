@@ -47,7 +47,7 @@ int check_part(const haptic_part* part) noexcept {
       return HAPTIC_ERROR_SIZE;
   }
   if (!is_within(part->scale_to_m, 1e-12, 1e12) || !is_within(part->simplify_m, 0, 1e6) ||
-      part->may_be_held > HAPTIC_DRIVEN)
+      part->may_be_held > HAPTIC_HAND2)
     return HAPTIC_ERROR_NUMBER;
   return is_pose(part->pose) ? HAPTIC_OK : HAPTIC_ERROR_POSE;
 }
@@ -141,6 +141,7 @@ void name_parts(std::span<const haptic_part> fixed, SceneFile& scene) {
     ScenePart& part = scene.statics[k];
     part.name = part.mesh;
     if (fixed[k].may_be_held == HAPTIC_PLACED) part.role = haptic::PartRole::kPlaced;
+    if (fixed[k].may_be_held == HAPTIC_HAND2) part.role = haptic::PartRole::kHand2;
     if (fixed[k].may_be_held == HAPTIC_DRIVEN) {
       part.role = haptic::PartRole::kDriven;
       part.driven = fastest_driven();
@@ -149,6 +150,19 @@ void name_parts(std::span<const haptic_part> fixed, SceneFile& scene) {
       throw InputError(part.name + ": is the name of another part too; give each its own");
     names.push_back(part.name);
   }
+  const auto count = [&](std::uint32_t role) {
+    return std::ranges::count(fixed, role, &haptic_part::may_be_held);
+  };
+  if (count(HAPTIC_HAND2) == 0) return;
+  if (count(HAPTIC_HAND2) > 1)
+    throw InputError("two parts are for a second hand, which holds one; give one of them");
+  if (count(HAPTIC_PLACED) > 0)
+    throw InputError(
+        "a scene with two hands, which hold their parts all the time, has no part that "
+        "may be held after another; make it fixed");
+  // The second hand's part is the first one behind that of the first.
+  const auto second = std::ranges::find(scene.statics, haptic::PartRole::kHand2, &ScenePart::role);
+  std::rotate(scene.statics.begin(), second, second + 1);
 }
 
 /// The scene file with the same parts and numbers.

@@ -9,8 +9,8 @@
 #include <new>
 #include <span>
 
+#include "rt_core/hands.hpp"
 #include "rt_core/haptic_core.hpp"
-#include "rt_core/part_hand.hpp"
 #include "tools/library/bodies.hpp"
 #include "tools/library/call.hpp"
 
@@ -27,6 +27,7 @@ struct alignas(kStateAlignment) PartsOfCore {
 
   /// The first one.
   [[nodiscard]] PartHand& hand() noexcept { return hands.hand(0); }
+  [[nodiscard]] const PartHand& hand() const noexcept { return hands.hand(0); }
 };
 
 }  // namespace
@@ -41,8 +42,8 @@ struct alignas(kStateAlignment) haptic_core {
   HapticCore* core = nullptr;    ///< null: the scene has parts
   HeldNow held;
   std::uint64_t ticks = 0;
-  bool is_felt = false;  ///< the last step had a wrench
-  SessionJudge judge;
+  bool is_felt = false;              ///< the last step had a wrench
+  SessionJudge judge, second_judge;  ///< by hand
 };
 
 namespace {
@@ -140,33 +141,78 @@ RtStatus create(haptic_core& handle, std::byte* memory, std::size_t bytes) noexc
   return begun;
 }
 
-/// @return HAPTIC_OK or HAPTIC_ERROR_POSE.
-int step(haptic_core& handle, const double* pose, std::int64_t stamp_ns, bool clutched,
-         StepResult& result) noexcept {
+StepInput input_of(const haptic_core& handle, const double* pose, std::int64_t stamp_ns,
+                   bool clutched) noexcept {
   StepInput input;
   input.sequence = handle.ticks;
   input.stamp_ns = stamp_ns;
   input.pose_wa = pose_of_numbers(pose);
   input.clutched = clutched;
+  return input;
+}
+
+bool has_wrench(const StepResult& result) noexcept {
+  return !result.wrench_w.force_w.isZero(0) || !result.wrench_w.torque_w.isZero(0);
+}
+
+/// Before a step of a scene with parts.
+void follow(haptic_core& handle, std::int64_t stamp_ns) noexcept {
+  PartsOfCore& parts = *handle.parts;
+  const std::size_t driven = parts.scenes.driven().size();
+  if (driven > 0)
+    parts.hands.follow({std::span(parts.driven).first(driven), stamp_ns, handle.is_felt});
+}
+
+/// After it.
+void note_parts(haptic_core& handle) noexcept {
+  note_driven(handle.parts->hand(), handle.held);
+  note_holds(handle.parts->hands, handle.held);
+}
+
+/// @return HAPTIC_OK or HAPTIC_ERROR_POSE.
+int step(haptic_core& handle, const double* pose, std::int64_t stamp_ns, bool clutched,
+         StepResult& result) noexcept {
+  const StepInput input = input_of(handle, pose, stamp_ns, clutched);
   if (handle.parts != nullptr) {
-    PartsOfCore& parts = *handle.parts;
-    const std::size_t driven = parts.scenes.driven().size();
-    if (driven > 0)
-      parts.hands.follow({std::span(parts.driven).first(driven), stamp_ns, handle.is_felt});
-    result = parts.hands.step(input);
+    follow(handle, stamp_ns);
+    result = handle.parts->hands.step(input);
+    note_parts(handle);
   } else {
     result = handle.core->step(input);
   }
   handle.judge.take(result);
-  handle.is_felt = !result.wrench_w.force_w.isZero(0) || !result.wrench_w.torque_w.isZero(0);
-  if (handle.parts != nullptr) {
-    note_driven(handle.parts->hand(), handle.held);
-    handle.held.hold = hold_of(handle.parts->hand());
-    write_numbers(result.proxy_pose_wa, handle.held.felt_pose);
-  }
+  handle.is_felt = has_wrench(result);
   if (result.status != RtStatus::kOk) return HAPTIC_ERROR_POSE;
   handle.ticks += 1;
   return HAPTIC_OK;
+}
+
+/// Both hands of a scene with two. @return HAPTIC_OK or HAPTIC_ERROR_POSE, of either.
+int step_hands(haptic_core& handle, const Hands::Each<const StepInput*>& inputs,
+               std::int64_t stamp_ns, Hands::Each<StepResult>& results) noexcept {
+  follow(handle, stamp_ns);
+  results = handle.parts->hands.step(inputs);
+  note_parts(handle);
+  bool is_right = true;
+  handle.is_felt = false;
+  for (std::size_t k = 0; k < kMostHands; ++k) {
+    if (inputs[k] == nullptr) continue;
+    (k == 0 ? handle.judge : handle.second_judge).take(results[k]);
+    handle.is_felt = handle.is_felt || has_wrench(results[k]);
+    is_right = is_right && results[k].status == RtStatus::kOk;
+  }
+  handle.ticks += 1;
+  return is_right ? HAPTIC_OK : HAPTIC_ERROR_POSE;
+}
+
+void write_output(const StepResult& result, haptic_step_output& output) noexcept {
+  output.situation = static_cast<std::uint32_t>(result.situation);
+  write_numbers(result.wrench_w, output.wrench);
+  write_numbers(result.proxy_pose_wa, output.felt_pose);
+  output.gap_m = static_cast<double>(result.proxy_gap_m);
+  output.flags = result.flags;
+  output.near_count = result.near_count;
+  output.state_hash = result.state_hash;
 }
 
 template <class T>
@@ -236,7 +282,7 @@ int haptic_core_create(const void* scene, size_t scene_bytes, void* memory, size
   if (!is_aligned(memory) || bytes < memory_bytes(view, parts)) return HAPTIC_ERROR_MEMORY;
   auto* handle = new (memory) haptic_core;  // placement, no heap
   handle->view = view;
-  handle->judge = SessionJudge(view);
+  handle->judge = handle->second_judge = SessionJudge(view);
   std::byte* const rest = static_cast<std::byte*>(memory) + sizeof(haptic_core);
   if (create(*handle, rest, bytes - sizeof(haptic_core)) != RtStatus::kOk)
     return HAPTIC_ERROR_SCENE;
@@ -257,14 +303,44 @@ int haptic_core_step(haptic_core* core, const haptic_step_input* input,
   const int error =
       step(*call, input->pose, std::llround(1e9 * input->time_s), input->clutched != 0, result);
   if (error != HAPTIC_OK) return error;
-  output->situation = static_cast<std::uint32_t>(result.situation);
-  write_numbers(result.wrench_w, output->wrench);
-  write_numbers(result.proxy_pose_wa, output->felt_pose);
-  output->gap_m = static_cast<double>(result.proxy_gap_m);
-  output->flags = result.flags;
-  output->near_count = result.near_count;
-  output->state_hash = result.state_hash;
+  write_output(result, *output);
   return HAPTIC_OK;
+}
+
+int haptic_core_step_hands(haptic_core* core, const haptic_step_input* first,
+                           const haptic_step_input* second, haptic_step_output* first_output,
+                           haptic_step_output* second_output) {
+  const Hands::Each<const haptic_step_input*> given{first, second};
+  const Hands::Each<haptic_step_output*> outputs{first_output, second_output};
+  if (first == nullptr && second == nullptr) return HAPTIC_ERROR_NULL;
+  for (std::size_t k = 0; k < kMostHands; ++k) {
+    if (given[k] == nullptr) continue;
+    if (const int error = check_structure(given[k]); error != HAPTIC_OK) return error;
+    if (const int error = check_structure(outputs[k]); error != HAPTIC_OK) return error;
+    *outputs[k] = HAPTIC_STEP_OUTPUT_INIT;
+  }
+  const CoreCall call(core);
+  if (call.error() != HAPTIC_OK) return call.error();
+  const haptic_core& handle = *call;
+  if (handle.parts == nullptr || handle.parts->hands.count() < kMostHands) return HAPTIC_ERROR_PART;
+  const double time_s = (first != nullptr ? first : second)->time_s;
+  const bool is_one_time = first == nullptr || second == nullptr ||
+                           !(second->time_s < time_s || second->time_s > time_s);
+  if (!is_within(time_s, 0, kMostTime_s) || !is_one_time) return HAPTIC_ERROR_NUMBER;
+  const std::int64_t stamp_ns = std::llround(1e9 * time_s);
+  Hands::Each<StepInput> inputs;
+  Hands::Each<const StepInput*> to_hands{};
+  for (std::size_t k = 0; k < kMostHands; ++k) {
+    if (given[k] == nullptr) continue;
+    inputs[k] = input_of(handle, given[k]->pose, stamp_ns, given[k]->clutched != 0);
+    to_hands[k] = &inputs[k];
+  }
+  Hands::Each<StepResult> results;
+  const int error = step_hands(*call, to_hands, stamp_ns, results);
+  for (std::size_t k = 0; k < kMostHands; ++k)
+    if (given[k] != nullptr && results[k].status == RtStatus::kOk)
+      write_output(results[k], *outputs[k]);
+  return error;
 }
 
 int haptic_core_replay(haptic_core* core, haptic_replay* replay) {
@@ -281,7 +357,10 @@ int haptic_core_verdict(haptic_core* core, haptic_verdict* verdict) {
   if (const int error = check_structure(verdict); error != HAPTIC_OK) return error;
   const CoreCall call(core);
   if (call.error() != HAPTIC_OK) return call.error();
-  write_verdict((*call).judge.verdict(), *verdict);
+  // A second hand that was never stepped has failed at nothing.
+  const SessionVerdict second = (*call).second_judge.verdict();
+  const bool tells_second = second.ticks > 0 && second.failed();
+  write_verdict(tells_second ? second : (*call).judge.verdict(), *verdict);
   return HAPTIC_OK;
 }
 
@@ -289,12 +368,13 @@ int haptic_core_reset(haptic_core* core) {
   const CoreCall call(core);
   if (call.error() != HAPTIC_OK) return call.error();
   if ((*call).parts != nullptr) {
-    (*call).parts->hand().reset();
+    (*call).parts->hands.reset();
   } else {
     (*call).core->reset();
   }
   (*call).ticks = 0;
   (*call).judge.reset();
+  (*call).second_judge.reset();
   return HAPTIC_OK;
 }
 

@@ -177,7 +177,16 @@ typedef struct haptic_step_output {
 HAPTIC_API int haptic_core_step(haptic_core* core, const haptic_step_input* input,
                                 haptic_step_output* output);
 
-/// Many ticks in one call. Pointers to results may be null: not wanted.
+/// One tick of a scene with two hands (HAPTIC_HAND2), the same time for both. A hand whose input is null keeps
+/// its goal: its part is held still, and its output, which may be null too, stays as it is. HAPTIC_ERROR_POSE: that hand's
+/// output has a zero wrench and it keeps its goal; the other has made its tick. HAPTIC_ERROR_PART: the scene has one
+/// hand. Threads as haptic_core_step. Cost: bounded by the scene.
+HAPTIC_API int haptic_core_step_hands(haptic_core* core, const haptic_step_input* first,
+                                      const haptic_step_input* second,
+                                      haptic_step_output* first_output,
+                                      haptic_step_output* second_output);
+
+/// Many ticks in one call, of two hands for the first. Pointers to results may be null: not wanted.
 typedef struct haptic_replay {
   uint32_t struct_size;
   uint32_t reserved;
@@ -198,7 +207,7 @@ typedef struct haptic_replay {
 /// Threads as haptic_core_step. Cost: `count` ticks.
 HAPTIC_API int haptic_core_replay(haptic_core* core, haptic_replay* replay);
 
-/// The verdict so far. Threads as haptic_core_step; constant cost.
+/// The verdict so far; of two hands that of the second where only it has failed. Threads as haptic_core_step; constant cost.
 HAPTIC_API int haptic_core_verdict(haptic_core* core, haptic_verdict* verdict);
 
 /// Forgets all contact and the verdict: the next tick is a first tick. Of a scene whose parts are
@@ -211,8 +220,9 @@ HAPTIC_API int haptic_core_reset(haptic_core* core);
 typedef struct haptic_body {
   double pose[7];    ///< of its mesh frame in W, where it is felt
   uint32_t part;     ///< its number
-  uint32_t role;     ///< 1 never held, 2 held at the start, 3 may be held, 4 driven by its owner
-  uint32_t held_by;  ///< 0: no hand; 1: hand 0
+  uint32_t role;     ///< 1 never held, 2 held at the start, 3 may be held, 4 driven by its owner,
+                     ///< 5 held by the second of two hands
+  uint32_t held_by;  ///< 0: no hand; 1: hand 0; 2: hand 1
   uint32_t reserved;
   char name[64];  ///< cut at 63 bytes
 } haptic_body;
@@ -286,7 +296,8 @@ HAPTIC_API int haptic_core_close(haptic_core* core);
 typedef enum haptic_role {
   HAPTIC_FIXED = 0,   ///< it stands
   HAPTIC_PLACED = 1,  ///< the hand may hold it after the first, and it stays where it is let go
-  HAPTIC_DRIVEN = 2   ///< its owner moves it: haptic_core_drive, haptic_session_drive
+  HAPTIC_DRIVEN = 2,  ///< its owner moves it: haptic_core_drive, haptic_session_drive
+  HAPTIC_HAND2 = 3    ///< a second hand holds it all the time, and none is PLACED: haptic_core_step_hands
 } haptic_role;
 
 /// One part: a mesh file, or arrays.

@@ -244,7 +244,6 @@ void SimulatedSession::watch(void* self, const ServoInput& input, const ServoRes
 void SimulatedSession::note(const ServoInput& input, const ServoResult& result) noexcept {
   if (result.rendered_new) judge_.take(result.rendered);
   NewestTick record{HAPTIC_STATE_INIT, judge_.verdict(), {}};
-  if (parts_ != nullptr) record.held.hold = hold_of(parts_->hand());
   haptic_state& s = record.state;
   const StepResult& rendered = result.rendered;
   const hal::ServoLoopCounters& counters = loop_.counters();
@@ -255,8 +254,8 @@ void SimulatedSession::note(const ServoInput& input, const ServoResult& result) 
   const Pose& frame = result.frame_wf;
   const Pose& felt = rendered.proxy_pose_wa;
   write_numbers(Pose{frame.p_wa + frame.q_wa * felt.p_wa, frame.q_wa * felt.q_wa}, s.felt_pose);
-  std::copy_n(s.felt_pose, 7, record.held.felt_pose);
   write_numbers(frame, record.held.frame_pose);
+  if (parts_ != nullptr) note_holds(parts_->hands, record.held);
   if (parts_ != nullptr) note_driven(parts_->hand(), record.held);
   write_numbers(
       Wrench{frame.q_wa * rendered.wrench_w.force_w, frame.q_wa * rendered.wrench_w.torque_w},

@@ -221,6 +221,7 @@ SceneFacts facts_of(const SceneView& view) {
     body.recheck = recheck_body(view, b);
     facts.bodies.push_back(std::move(body));
   }
+  facts.hands = has_parts ? parts.hands() : 0;
   if (has_parts) add_driven(parts, facts);
   for (const SimplifiedBody& s : view.simplified_bodies()) facts.bodies[s.body].simplified = s;
   std::vector<PieceSpread> spreads;

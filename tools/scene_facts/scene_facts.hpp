@@ -106,6 +106,7 @@ struct SceneFacts {
   PassivityBudget budget;  ///< of the device, if there is one
   std::vector<SectionFacts> sections;
   std::vector<BodyFacts> bodies;  ///< body 0 moves
+  std::uint32_t hands = 0;        ///< that hold a part of several; 0: one part moves
   std::vector<PairFacts> pairs;
   std::array<NeighborhoodFacts, 3> types;  ///< over all pairs
   std::uint64_t nodes = 0, arcs = 0;

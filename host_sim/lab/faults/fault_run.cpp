@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/lab/faults/fault_run.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "host_sim/device/pressing_script.hpp"
 #include "host_sim/shapes/shapes.hpp"
 #include "tools/common/error.hpp"
-#include "tools/common/formatted.hpp"
-#include "tools/graph_compiler/program/compile_scene.hpp"
+#include "tools/graph_compiler/graph/part_tables.hpp"
+#include "tools/graph_compiler/graph/scene_writer.hpp"
 
 namespace haptic::sim {
 
@@ -162,28 +166,7 @@ namespace {
 /// Hand k's cube is so far off the middle of the wall.
 double side_m(std::size_t hand) { return hand == 0 ? -kBeside_m : kBeside_m; }
 
-std::vector<std::byte> two_hand_scene() {
-  const double height_m = kTouchHeight_m + kStart_m;
-  std::string text = "format = 1\nname = \"two cubes\"\n";
-  for (const std::size_t hand : {0u, 1u})
-    text += tools::formatted(
-        "[[part]]\nname = \"cube%zu\"\nrole = \"%s\"\nshape = \"box\"\nsize_m = [%.9g, %.9g, "
-        "%.9g]\nposition_m = [%.9g, 0, %.9g]\n",
-        hand, hand == 0 ? "hand" : "hand2", 2 * kCubeHalf_m, 2 * kCubeHalf_m, 2 * kCubeHalf_m,
-        side_m(hand), height_m);
-  text += tools::formatted(
-      "[[part]]\nname = \"wall\"\nrole = \"fixed\"\nshape = \"box\"\nsize_m = [0.2, 0.2, %.9g]\n"
-      "position_m = [0, 0, 0]\n[rendering]\nk_f_n_per_m = %.9g\n[coupling]\nk_t_n_per_m = %.9g\n"
-      "k_r_nm_per_rad = %.9g\ndamping_ns_per_m = %.9g\n",
-      2 * kWallHalf_m, kStiffness_n_per_m, kStiffness_n_per_m,
-      kStiffness_n_per_m * kGripRadius_m * kGripRadius_m, kDamping_ns_per_m);
-  return tools::compile_scene(tools::parse_scene_file(text, "fault matrix", {}), {}).bytes;
-}
-
-}  // namespace
-
-std::vector<std::byte> fault_scene(unsigned hands) {
-  if (hands > 1) return two_hand_scene();
+SceneParameters fault_parameters() {
   SceneParameters p = tools::default_parameters();
   p.k_f_n_per_m = kStiffness_n_per_m;
   p.rate_hz = 1000;
@@ -193,9 +176,53 @@ std::vector<std::byte> fault_scene(unsigned hands) {
   p.coupling.damping_share = 1.0;
   p.coupling.max_rotation_error_rad = 0.3;
   p.coupling.max_window_s = 0.02;
-  const Solid cube = centred_box("cube", kCubeHalf_m, kCubeHalf_m, kCubeHalf_m);
-  const Solid wall = centred_box("wall", 0.1, 0.1, kWallHalf_m);
-  return scene_with(cube, {&wall, 1}, p);
+  return p;
+}
+
+Solid fault_cube() { return centred_box("cube", kCubeHalf_m, kCubeHalf_m, kCubeHalf_m); }
+Solid fault_wall() { return centred_box("wall", 0.1, 0.1, kWallHalf_m); }
+
+using Place = std::array<double, 3>;
+
+/// A cube held at `held` over bodies that stand.
+std::vector<std::byte> scene_at(const Place& held,
+                                const std::vector<std::pair<Solid, Place>>& standing) {
+  const Solid cube = fault_cube();
+  tools::SceneDescription scene;
+  scene.name = "two cubes";
+  scene.moving.body = united_body({&cube, 1});
+  scene.moving.position_m = held;
+  for (const auto& [solid, at] : standing)
+    scene.statics.push_back({united_body({&solid, 1}), at, {1, 0, 0, 0}, {0, 0, 0}});
+  scene.parameters = fault_parameters();
+  scene.parameters.goal_contact = 0;
+  return tools::write_scene(scene);
+}
+
+std::vector<std::byte> two_hand_scene() {
+  const double height_m = kTouchHeight_m + kStart_m;
+  const Solid cube = fault_cube(), wall = fault_wall();
+  const Place middle{0, 0, 0};
+  std::vector<tools::HeldPart> parts(3);
+  for (std::uint32_t k = 0; k < kMostHands; ++k) {
+    const Place at{side_m(k), 0, height_m};
+    tools::HeldPart& part = parts[k];
+    part.role = k == 0 ? PartRole::kHand : PartRole::kHand2;
+    std::ranges::copy(at, part.start.p_wa_m);
+    part.scene = scene_at(at, {{wall, middle}});
+    part.others = {2};
+  }
+  const Place first{side_m(0), 0, height_m}, second{side_m(1), 0, height_m};
+  parts[0].pairs.push_back({1, scene_at({side_m(0) - side_m(1), 0, 0}, {{cube, middle}})});
+  return tools::with_parts(scene_at(first, {{cube, second}, {wall, middle}}), parts);
+}
+
+}  // namespace
+
+std::vector<std::byte> fault_scene(unsigned hands) {
+  if (hands > 1) return two_hand_scene();
+  const Solid cube = fault_cube(), wall = fault_wall();
+  return scene_with(cube, {&wall, 1}, fault_parameters());
 }
 
 FaultTrace run_fault(std::span<const std::byte> scene, const FaultCase& cell,

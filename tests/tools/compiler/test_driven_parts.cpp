@@ -72,7 +72,7 @@ struct Pushed {
   }
   [[nodiscard]] SceneView held(std::uint32_t part) const { return opened(parts.scene_of(part)); }
   [[nodiscard]] SceneView pair(std::uint32_t part, std::uint32_t driven = 0) const {
-    return opened(parts.pair_scene(part, driven));
+    return opened(parts.pair_scene(part, parts.driven()[driven].part));
   }
   [[nodiscard]] std::vector<std::uint32_t> others(std::uint32_t part) const {
     return {parts.others_of(part).begin(), parts.others_of(part).end()};
@@ -168,9 +168,10 @@ TEST_SUITE("tools.driven_parts") {
     CHECK(k.k_t_n_per_m == held.k_t_n_per_m);
     CHECK(k.k_r_nm_per_rad == held.k_r_nm_per_rad);
     // Nothing else makes a pair.
-    CHECK(scene.parts.pair_scene(1, 0).empty());
+    CHECK(scene.parts.pair_scene(1, 2).empty());
     CHECK(scene.parts.pair_scene(2, 0).empty());
     CHECK(scene.parts.pair_scene(0, 1).empty());
+    CHECK(scene.parts.pair_scene(0, 3).empty());
   }
 
   TEST_CASE("a part is held in a scene without the driven ones") {
@@ -185,14 +186,14 @@ TEST_SUITE("tools.driven_parts") {
 
   TEST_CASE("parts that never meet have no scene of the two") {
     const Pushed scene(pushed_parts() + "[bodies]\nnever = [[\"ring\", \"pusher\"]]\n");
-    CHECK(scene.parts.pair_scene(3, 0).empty());
-    CHECK(!scene.parts.pair_scene(0, 0).empty());
+    CHECK(scene.parts.pair_scene(3, 2).empty());
+    CHECK(!scene.parts.pair_scene(0, 2).empty());
     CHECK(scene.others(3) == Others{0, 1});
     CHECK(scene.parts[3].law_bytes > 0);
     const Pushed none(pushed_parts() +
                       "[bodies]\nnever = [[\"ring\", \"pusher\"], [\"peg\", \"pusher\"]]\n");
     REQUIRE(none.parts.driven().size() == 1);
-    CHECK(none.parts.pair_scene(0, 0).empty());
+    CHECK(none.parts.pair_scene(0, 2).empty());
   }
 
   TEST_CASE("where a part meets driven ones alone, these stand in its scene") {
@@ -258,7 +259,7 @@ TEST_SUITE("tools.driven_parts") {
     CHECK(parts.most_law_bytes() > 0);
     for (const std::uint32_t part : {0u, 3u}) {
       SceneView pair;
-      REQUIRE(SceneView::open(parts.pair_scene(part, 0), pair) == RtStatus::kOk);
+      REQUIRE(SceneView::open(parts.pair_scene(part, 2), pair) == RtStatus::kOk);
       CHECK(pair.parameters().coupling.passes == 5);
     }
     const SceneBytes same =
@@ -273,8 +274,43 @@ TEST_SUITE("tools.driven_parts") {
     CHECK(scene.parts.most_law_bytes() == 0);
     for (const SectionEntry& s : scene.view.sections()) {
       CHECK(s.id != SectionId::kDriven);
-      CHECK(s.id != SectionId::kDrivenPairs);
+      CHECK(s.id != SectionId::kBodyPairs);
     }
+  }
+
+  TEST_CASE(
+      "two hands: each is held without the other, and the smaller part meets the larger one") {
+    const std::string second =
+        "[[part]]\nname = \"block\"\nrole = \"hand2\"\nshape = \"box\"\nsize_m = [0.2, 0.2, 0.02]\n"
+        "position_m = [0, 0, -0.3]\n";
+    const Pushed scene(std::string(kPushedHead) + kPushedTable + second + kPusher + kPushedPeg);
+    REQUIRE(scene.parts.count() == 4);
+    CHECK(scene.parts.hands() == 2);
+    CHECK(scene.parts.name(0) == "peg");
+    CHECK(scene.parts.name(1) == "block");
+    CHECK(scene.parts[1].role == PartRole::kHand2);
+    CHECK(scene.parts.may_be_held(1));
+    CHECK(!scene.parts.may_be_taken(1));
+    CHECK(!scene.parts.may_be_taken(0));
+    // Parts 2 and 3: the table and the pusher.
+    CHECK(scene.others(0) == Others{2});
+    CHECK(scene.others(1) == Others{2});
+    CHECK(scene.parts.meets_standing(1));
+    CHECK(!scene.parts.pair_scene(0, 1).empty());
+    CHECK(scene.parts.pair_scene(1, 0).empty());
+    CHECK(!scene.parts.pair_scene(0, 3).empty());
+    CHECK(!scene.parts.pair_scene(1, 3).empty());
+    CHECK(scene.parts[0].law_bytes > 0);
+    CHECK(scene.parts[1].law_bytes == 0);
+    // Nothing stands: each is in the scene of the other.
+    const Pushed alone(std::string(kPushedHead) + second + kPushedPeg);
+    CHECK(alone.others(0) == Others{1});
+    CHECK(alone.others(1) == Others{0});
+    CHECK(!alone.parts.meets_standing(0));
+    CHECK(!alone.parts.meets_standing(1));
+    const Pushed never(std::string(kPushedHead) + kPushedTable + second + kPushedPeg +
+                       "[bodies]\nnever = [[\"peg\", \"block\"]]\n");
+    CHECK(never.parts.pair_scene(0, 1).empty());
   }
 
   TEST_CASE("a start inside a driven part is warned of between solids, and refused of a surface") {

@@ -167,6 +167,60 @@ TEST_SUITE("tools.library") {
     CHECK(haptic_session_bodies(nullptr, &body, 1, sizeof body, &count) == HAPTIC_ERROR_NULL);
   }
 
+  TEST_CASE("core: two hands press their blocks on each other, and feel the same") {
+    TwoBlocks scene;
+    scene.parts[0].may_be_held = HAPTIC_HAND2;
+    scene.parts[0].pose[2] = 0.035;
+    const CompiledHandle compiled_scene = compiled(scene.input);
+    const CoreBench bench(bytes_of(compiled_scene)), one_hand(two_blocks());
+    haptic_step_input first = HAPTIC_STEP_INPUT_INIT, second = HAPTIC_STEP_INPUT_INIT;
+    haptic_step_output of_first = HAPTIC_STEP_OUTPUT_INIT, of_second = HAPTIC_STEP_OUTPUT_INIT;
+    first.pose[2] = second.pose[2] = 0.035;
+    second.pose[0] = 0.030;
+    const auto step = [&] {
+      first.time_s = second.time_s = first.time_s + 0.001;
+      return haptic_core_step_hands(bench.core(), &first, &second, &of_first, &of_second);
+    };
+    for (int k = 0; k < 5; ++k) REQUIRE(step() == HAPTIC_OK);
+    // 10 mm are between them; the first comes 20 mm, and the springs share what is left.
+    for (int k = 0; k < 200; ++k) {
+      first.pose[0] += 1e-4;
+      REQUIRE(step() == HAPTIC_OK);
+    }
+    for (int k = 0; k < 100; ++k) REQUIRE(step() == HAPTIC_OK);
+    CHECK(of_first.wrench[0] < -1);
+    CHECK(of_first.wrench[0] == doctest::Approx(-of_second.wrench[0]));
+    CHECK(of_second.felt_pose[0] - of_first.felt_pose[0] == doctest::Approx(0.020));
+    std::vector<haptic_body> bodies(3);
+    std::size_t count = 0;
+    REQUIRE(haptic_core_bodies(bench.core(), bodies.data(), 3, sizeof bodies[0], &count) ==
+            HAPTIC_OK);
+    CHECK(bodies[0].held_by == 1);
+    CHECK(bodies[1].held_by == 2);
+    CHECK(bodies[1].role == 5);
+    CHECK(bodies[1].pose[0] == of_second.felt_pose[0]);
+    // Without an input a hand keeps its goal, and a bad pose stops one alone.
+    first.time_s += 0.001;
+    CHECK(haptic_core_step_hands(bench.core(), &first, nullptr, &of_first, nullptr) == HAPTIC_OK);
+    second.pose[6] = 0.5;
+    CHECK(step() == HAPTIC_ERROR_POSE);
+    CHECK(of_second.wrench[0] == 0);
+    CHECK(of_first.wrench[0] < -1);
+    second.pose[6] = 1;
+    second.time_s = 7;
+    CHECK(haptic_core_step_hands(bench.core(), &first, &second, &of_first, &of_second) ==
+          HAPTIC_ERROR_NUMBER);
+    CHECK(haptic_core_step_hands(bench.core(), nullptr, nullptr, &of_first, &of_second) ==
+          HAPTIC_ERROR_NULL);
+    CHECK(haptic_core_step_hands(bench.core(), &first, &second, &of_first, nullptr) ==
+          HAPTIC_ERROR_NULL);
+    CHECK(haptic_core_step_hands(one_hand.core(), &first, nullptr, &of_first, nullptr) ==
+          HAPTIC_ERROR_PART);
+    CHECK(haptic_core_hold_part(bench.core(), 0, 0) == HAPTIC_ERROR_PART);
+    // One hand's calls move the first, and the second is held still.
+    CHECK(haptic_core_step(bench.core(), &first, &of_first) == HAPTIC_OK);
+  }
+
   TEST_CASE("compile: parts of one name are refused") {
     TwoBlocks scene;
     scene.parts[1].name = "block";

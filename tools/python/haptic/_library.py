@@ -295,6 +295,10 @@ _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_core_hold_part": (c_int, [_HANDLE, c_uint32, c_uint32]),
     "haptic_core_release_part": (c_int, [_HANDLE, c_uint32]),
     "haptic_core_bodies": (c_int, [_HANDLE, POINTER(BodyOutput), c_size_t, c_size_t, POINTER(c_size_t)]),
+    "haptic_core_step_hands": (
+        c_int,
+        [_HANDLE, POINTER(StepInput), POINTER(StepInput), POINTER(StepOutput), POINTER(StepOutput)],
+    ),
     "haptic_core_drive": (c_int, [_HANDLE, c_uint32, POINTER(Frame), c_double]),
     "haptic_core_driven": (c_int, [_HANDLE, POINTER(DrivenOutput), c_size_t, c_size_t, POINTER(c_size_t)]),
     "haptic_core_close": (c_int, [_HANDLE]),

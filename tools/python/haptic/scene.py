@@ -41,7 +41,8 @@ class Part:
     outside). unit: "m", "cm", "mm", "um", "inch", or metres per unit; None: that of `compile`. at, turn: position [m]
     and quaternion x y z w of the mesh frame in W. simplify: bevels, fillets and small rounds below this [m] are removed.
     name: for messages. role: "hand" (held at the start), "placed" (may be held after it, and stays where it is let go),
-    "driven" (its owner moves it: `drive`) or "fixed" (never held); None: by its place in the call.
+    "hand2" (a second hand holds it all the time: `Core.step_hands`), "driven" (its owner moves it: `drive`) or "fixed"
+    (never held); None: by its place in the call.
     """
 
     mesh: Mesh
@@ -53,8 +54,8 @@ class Part:
     role: Optional[str] = None
 
 
-ROLES = ("", "fixed", "hand", "placed", "driven")
-_ROLE_NUMBERS = {"placed": 1, "driven": 2}  # haptic_role
+ROLES = ("", "fixed", "hand", "placed", "driven", "hand2")
+_ROLE_NUMBERS = {"placed": 1, "driven": 2, "hand2": 3}  # haptic_role
 
 
 @dataclass(frozen=True)
@@ -158,7 +159,7 @@ def _by_role(parts: Sequence[Part]) -> List[Part]:
     """The part with the hand's role first."""
     unknown = [part.role for part in parts if part.role not in (None, *ROLES[1:])]
     if unknown:
-        raise ValueError(f"role '{unknown[0]}' is none of: hand, placed, driven, fixed")
+        raise ValueError(f"role '{unknown[0]}' is none of: hand, hand2, placed, driven, fixed")
     hands = [part for part in parts if part.role == "hand"]
     if len(hands) > 1:
         raise ValueError("two parts have the role \"hand\"; the hand holds one at a time")
@@ -415,6 +416,19 @@ class StepResult:
     hash: int
 
 
+def _result_of(out: Any) -> StepResult:
+    wrench = np.array(out.wrench)
+    return StepResult(
+        wrench[:3],
+        wrench[3:],
+        np.array(out.felt_pose),
+        out.gap_m,
+        SITUATIONS[out.situation],
+        out.flags,
+        out.state_hash,
+    )
+
+
 class Core:
     """The tick by itself, for a loop of your own. Not for two threads at a time."""
 
@@ -432,6 +446,7 @@ class Core:
             )
         )
         self._input, self._output = c.StepInput(), c.StepOutput()
+        self._second_input, self._second_output = c.StepInput(), c.StepOutput()
 
     def step(self, pose: Sequence[float], time: float, clutched: bool = False) -> StepResult:
         """One tick: the pose that the hand wants, sensed at `time` [s]."""
@@ -442,16 +457,34 @@ class Core:
         c.require(
             c.library.haptic_core_step(self._handle, ctypes.byref(self._input), ctypes.byref(out))
         )
-        wrench = np.array(out.wrench)
-        return StepResult(
-            wrench[:3],
-            wrench[3:],
-            np.array(out.felt_pose),
-            out.gap_m,
-            SITUATIONS[out.situation],
-            out.flags,
-            out.state_hash,
-        )
+        return _result_of(out)
+
+    def step_hands(
+        self,
+        first: Optional[Sequence[float]],
+        second: Optional[Sequence[float]],
+        time: float,
+        clutched: Tuple[bool, bool] = (False, False),
+    ) -> Tuple[Optional[StepResult], Optional[StepResult]]:
+        """One tick of a scene with two hands: the pose that each wants, sensed at `time` [s].
+
+        None: that hand keeps its goal, its part is held still, and it has no result. What one feels of the other is minus
+        what that feels. Raises ValueError where the scene has one hand.
+        """
+        inputs, outputs = (self._input, self._second_input), (self._output, self._second_output)
+        given, wanted = [], []
+        for k, pose in enumerate((first, second)):
+            if pose is None:
+                given.append(None)
+                wanted.append(None)
+                continue
+            inputs[k].pose = (ctypes.c_double * 7)(*pose_of(pose))
+            inputs[k].time_s = time
+            inputs[k].clutched = 1 if clutched[k] else 0
+            given.append(ctypes.byref(inputs[k]))
+            wanted.append(ctypes.byref(outputs[k]))
+        c.require(c.library.haptic_core_step_hands(self._handle, *given, *wanted))
+        return tuple(None if pose is None else _result_of(out) for pose, out in zip((first, second), outputs))
 
     def hold(self, part: str) -> bool:
         """The hand holds this part of the scene. False: it lets go of what it holds first; step on, and ask again.
