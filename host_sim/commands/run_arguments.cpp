@@ -28,6 +28,12 @@ void RunArguments::keep_drives(const DriveRun& run) const {
   if (!out.empty() && !run.csv().empty()) write_whole_file(out + "/driven.csv", run.csv());
 }
 
+void stay(tools::LiveSession& live) {
+  std::fflush(stdout);
+  std::fprintf(stderr, "host_sim: the session stays to be seen until this is stopped (^C)\n");
+  live.wait_for_stop();
+}
+
 HandWay hand_way(const RunArguments& o, const std::string& file, CoreSession& session,
                  double rate_hz) {
   MotionScript script = file.empty()

@@ -33,6 +33,9 @@ struct RunArguments {
   void keep_drives(const DriveRun& drives) const;
 };
 
+/// Once the run is over: until the program is stopped.
+void stay(tools::LiveSession& live);
+
 /// A hand's motion, and its commands.
 struct HandWay {
   std::vector<MotionSample> motion;

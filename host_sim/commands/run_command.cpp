@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim run --scene S.rtscene [--out DIR] [--seconds N] [--hand H] [--rate HZ] [--delay N]
-// [--device FILE] [--script FILE] [--script2 FILE] [--drive PART=MOTION].. [--carrier none|direct|usb]
+// [--device FILE] [--script FILE] [--script2 FILE] [--drive PART=MOTION].. [--carrier
+// none|direct|usb]
 // [--report-clocked] [--faults FILE]
 // [--record FILE] [--html FILE] [--mcap FILE] [--serve [--port N] [--bind ADDRESS]
 // [--allow-origin ORIGIN]] [--json]
@@ -49,12 +50,6 @@ constexpr double kMostSeconds = 3600.0;
 
 std::string title_of(const RunArguments& o, const CoreSession& session) {
   return scene_title(session.view()) + ", " + o.hand + " hand";
-}
-
-void stay(tools::LiveSession& live) {
-  std::fflush(stdout);
-  std::fprintf(stderr, "host_sim: the session stays to be seen until this is stopped (^C)\n");
-  live.wait_for_stop();
 }
 
 OtherMotion other_motion(const RunArguments& o, CoreSession& session, const HandWay& way) {
@@ -122,8 +117,8 @@ bool run_alone(const RunArguments& o, CoreSession& session, const RunSubject& su
                      tools::filled_page(page, session.view(), recorded, {}, others.kept().given()));
   }
   o.keep({{"run.csv", loop_csv(records, GuideLegs(session.view()))},
-          {"run.svg", replay_plot(ticks, title_of(o, session),
-                                  session.view().parameters().exact_band_m)}},
+          {"run.svg",
+           replay_plot(ticks, title_of(o, session), session.view().parameters().exact_band_m)}},
          loop_account(subject, totals, rest, told_by(others), end));
   o.keep_drives(others.drives());
   if (!o.json) print_loop(subject, totals, rest, told_by(others), end);
@@ -274,7 +269,8 @@ int do_run(const RunArguments& o) {
   const std::optional<HandModel> hand = hand_named(o.hand);
   if (!hand) throw tools::InputError("no hand is called '" + o.hand + "'");
   CoreSession session(o.scene);
-  tools::claim_folder(o.out, "--out", {"run.csv", "run.svg", "run2.csv", "run2.svg", "run.json", "driven.csv"});
+  tools::claim_folder(o.out, "--out",
+                      {"run.csv", "run.svg", "run2.csv", "run2.svg", "run.json", "driven.csv"});
   tools::claim_output(o.record, "--record", {tools::FileFormat::kRecording, {}});
   tools::claim_output(o.html, "--html", {tools::FileFormat::kHtml, {}});
   tools::claim_output(o.mcap, "--mcap", {tools::FileFormat::kMcap, {}});
@@ -295,7 +291,7 @@ int do_run(const RunArguments& o) {
     throw tools::UsageError(
         "--script2: " + o.scene +
         " has one hand; leave it out, or give a [[part]] of the scene role = \"hand2\"");
-  const bool passed = has_two                 ? run_two_hands(o, session, subject, *hand)
+  const bool passed = has_two               ? run_two_hands(o, session, subject, *hand)
                       : o.carrier == "none" ? run_alone(o, session, subject, *hand)
                                             : run_device(o, session, subject, *hand);
   return passed ? tools::kExitDone : tools::kExitCheckFailed;

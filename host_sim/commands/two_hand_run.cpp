@@ -2,14 +2,20 @@
 #include "host_sim/commands/two_hand_run.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <utility>
 
+#include "hal/clock/servo_clock.hpp"
 #include "host_sim/device/stack_run.hpp"
 #include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/replay_plot.hpp"
 #include "host_sim/view/loop_ticks.hpp"
+#include "host_sim/view/mcap_file.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/live/live_session.hpp"
+#include "tools/live/page_file.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -18,10 +24,12 @@ void check(const RunArguments& o) {
   const auto refuse = [](bool given, const char* option, const char* why) {
     if (given) throw tools::UsageError(std::string(option) + ": " + why);
   };
-  const char* const page = "a page shows one hand, and this scene has two; leave it out";
-  refuse(!o.html.empty(), "--html", page);
-  refuse(o.serve, "--serve", page);
-  refuse(!o.mcap.empty(), "--mcap", "the file shows one hand, and this scene has two; leave it out");
+  if (o.carrier != "none") {
+    const char* const alone = "of two hands only without --carrier; leave one of the two out";
+    refuse(!o.html.empty(), "--html", alone);
+    refuse(o.serve, "--serve", alone);
+    refuse(!o.mcap.empty(), "--mcap", alone);
+  }
   refuse(!o.record.empty(), "--record",
          "a recording is of one device, and this scene has two; leave it out");
   refuse(!o.faults.empty(), "--faults",
@@ -81,9 +89,8 @@ HandAccount judged(const RunArguments& o, CoreSession& session, const RunSubject
     judge.note_work(records[k].delivered_j - given_j[k]);
   }
   account.end.verdict = judge.verdict();
-  add_loop_failures(
-      account.end, account.loop, account.rest,
-      within_bounds(session.hands()->hand(hand).core().peaks(), session.bounds()));
+  add_loop_failures(account.end, account.loop, account.rest,
+                    within_bounds(session.hands()->hand(hand).core().peaks(), session.bounds()));
   return account;
 }
 
@@ -116,20 +123,57 @@ bool tell(const RunArguments& o, const RunSubject& subject,
   return end_of(accounts).passed();
 }
 
+/// The newest tick to those who watch, in real time. Stopped, it goes on as fast as it can.
+void show(tools::LiveSession& live, const LoopRecord& first, const OtherMotion& others,
+          double rate_hz, std::int64_t begin_ns) {
+  tools::RecordedTick tick = recorded_tick(first, rate_hz);
+  others.kept().mark(tick, first.tick.tick);
+  live.publish(tick, others.shown(first.tick), others.kept().newest());
+  const double due_s = static_cast<double>(first.tick.tick + 1) / rate_hz;
+  if (!live.is_stopped()) (void)hal::sleep_until(begin_ns + std::llround(1e9 * due_s));
+}
+
+void write_pictures(const RunArguments& o, const std::string& page, const CoreSession& session,
+                    const RunSubject& subject, const std::vector<LoopRecord>& first,
+                    const OtherMotion& others) {
+  if (!o.mcap.empty()) write_whole_file(o.mcap, mcap_of(session.view(), first, others.driven()));
+  if (o.html.empty()) return;
+  std::vector<tools::RecordedTick> recorded;
+  for (const LoopRecord& record : first) {
+    recorded.push_back(recorded_tick(record, subject.rate_hz));
+    others.kept().mark(recorded.back(), record.tick.tick);
+  }
+  write_whole_file(o.html,
+                   tools::filled_page(page, session.view(), recorded, {}, others.kept().given()));
+}
+
 bool run_bare(const RunArguments& o, CoreSession& session, const RunSubject& subject,
-               const HandModel& hand) {
+              const HandModel& hand) {
+  const std::string page = o.html.empty() ? std::string() : tools::read_page();
+  std::optional<tools::LiveSession> live;
+  if (o.serve) live.emplace(o.live, session.view(), false);
   ClosedLoop first(session, subject.device, hand, subject.rate_hz, 0);
   ClosedLoop second(session, subject.device, hand, subject.rate_hz, 1);
   const Hands::Each<std::vector<MotionSample>> motions = motions_of(o, session, subject.rate_hz);
   OtherMotion others(session, {}, o.drives);
+  if (!o.html.empty() || !o.mcap.empty() || o.serve) others.tape(!o.mcap.empty());
   GivenTape given(session);
-  const auto after = [&](const Hands::Each<LoopRecord>& tick) {
-    others.after_tick(tick[0].tick);
+  if (live) live->begin();
+  const std::int64_t begin_ns = hal::monotonic_ns();
+  const auto after = [&](const Hands::Each<LoopRecord>& tick,
+                         const Hands::Each<StepResult>& results) {
+    others.after_tick(tick[0].tick, &results[1]);
     given.take();
+    if (live) show(*live, tick[0], others, subject.rate_hz, begin_ns);
+  };
+  const auto before = [&](double t_s) {
+    const Pose other_wa = second.sample().pose_wa;
+    others.before_tick(t_s, &other_wa);
   };
   const Hands::Each<std::vector<LoopRecord>> records =
-      run_loops(session, {&first, &second}, {motions[0], motions[1]}, after,
-                [&](double t_s) { others.before_tick(t_s); });
+      run_loops(session, {&first, &second}, {motions[0], motions[1]}, after, before);
+  if (live) live->finish();
+  write_pictures(o, page, session, subject, records[0], others);
   Hands::Each<HandAccount> accounts;
   std::vector<OutputText> files;
   for (std::uint32_t k = 0; k < kMostHands; ++k) {
@@ -139,13 +183,15 @@ bool run_bare(const RunArguments& o, CoreSession& session, const RunSubject& sub
     for (const LoopRecord& record : records[k]) ticks.push_back(record.tick);
     const SceneView& scene = session.view_of(k);
     files.push_back({name + ".csv", loop_csv(records[k], GuideLegs(scene))});
-    files.push_back({name + ".svg", replay_plot(ticks, title_of(o, session, k),
-                                                scene.parameters().exact_band_m)});
+    files.push_back({name + ".svg",
+                     replay_plot(ticks, title_of(o, session, k), scene.parameters().exact_band_m)});
   }
-  return tell(o, subject, accounts, others, files);
+  const bool passed = tell(o, subject, accounts, others, files);
+  if (live) stay(*live);
+  return passed;
 }
 
-/// What a device must not say in a run without faults.
+/// Adds the words of a device that has no place in a run without faults.
 void add_device_failures(const StackTotals& totals, RunEnd& end) {
   end.add_failure(totals.faults != 0,
                   tools::formatted("a fault at %.4f s: ", totals.first_fault_at_s) +
@@ -173,9 +219,8 @@ bool run_devices(const RunArguments& o, CoreSession& session, const RunSubject& 
     others.after_tick(newest[0].loop.tick);
     given.take();
   };
-  const Hands::Each<std::vector<StackRecord>> records =
-      run_stacks(stack, {motions[0], motions[1]}, after,
-                 [&](double t_s) { others.give(stack, t_s); });
+  const Hands::Each<std::vector<StackRecord>> records = run_stacks(
+      stack, {motions[0], motions[1]}, after, [&](double t_s) { others.give(stack, t_s); });
   Hands::Each<HandAccount> accounts;
   std::vector<OutputText> files;
   for (std::uint32_t k = 0; k < kMostHands; ++k) {

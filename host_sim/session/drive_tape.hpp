@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The driven parts of a run for pages, viewers and MCAP: what they were given before each tick,
-/// and where they were after it.
+/// The driven parts of a run, and the part of a second hand, for pages, viewers and MCAP: what they
+/// were given before each tick, and where they were after it.
 
 #include <array>
 #include <cstddef>
@@ -15,16 +15,17 @@
 
 namespace haptic::sim {
 
-/// Owner: the thread of the loop. Without a driven part it keeps nothing.
+/// Owner: the thread of the loop. Without one of them it keeps nothing.
 class DriveTape {
  public:
   /// `keeps_states`: of the whole run; else of the last tick alone.
   explicit DriveTape(bool keeps_states) : keeps_states_(keeps_states) {}
 
-  /// Before a tick of the hand; of the same number as the calls of it so far.
-  void give(const DrivenInput& input);
-  /// After it.
-  void take(const DrivenParts& parts);
+  /// Before a tick of the hand; of the same number as the calls of it so far. `second`: the pose
+  /// that a second hand gives; null: there is none.
+  void give(const DrivenInput& input, const Pose* second = nullptr);
+  /// After it; `second`: of the second hand.
+  void take(const DrivenParts& parts, const StepResult* second = nullptr);
 
   /// Poses that were new in the last tick.
   [[nodiscard]] std::span<const tools::GivenPose> newest() const;

@@ -10,9 +10,9 @@ OtherMotion::OtherMotion(CoreSession& session, std::vector<HoldCommand> holds,
                          const std::vector<std::string>& drives)
     : session_(session), holds_(session, std::move(holds)), drives_(session, read_drives(drives)) {}
 
-void OtherMotion::before_tick(double t_s) {
+void OtherMotion::before_tick(double t_s, const Pose* second) {
   holds_.before_tick(t_s);
-  if (tape_) tape_->give(drives_.input(t_s));
+  if (tape_) tape_->give(drives_.input(t_s), second);
   drives_.before_tick(t_s);
 }
 
@@ -21,10 +21,10 @@ std::span<const FrameRecord> OtherMotion::poses_before_tick(double t_s) {
   return drives_.at(t_s);
 }
 
-void OtherMotion::after_tick(const tools::TickRecord& tick) {
+void OtherMotion::after_tick(const tools::TickRecord& tick, const StepResult* second) {
   holds_.after_tick(tick);
   drives_.after_tick(tick);
-  if (tape_ && session_.hand() != nullptr) tape_->take(session_.hand()->driven());
+  if (tape_ && session_.hand() != nullptr) tape_->take(session_.hand()->driven(), second);
   given_j_.push_back(drives_.given_j());
 }
 

@@ -25,11 +25,12 @@ class OtherMotion {
   /// Keeps a tape; `whole`: with the driven parts after every tick, else after the last one.
   void tape(bool whole) { tape_.emplace(whole); }
 
-  /// Where nothing else gives the hand its poses.
-  void before_tick(double t_s);
+  /// Where nothing else gives the hand its poses. `second`: the pose of a second hand; null: there
+  /// is none.
+  void before_tick(double t_s, const Pose* second = nullptr);
   /// Where something else does: the newest ones, by driven part.
   [[nodiscard]] std::span<const FrameRecord> poses_before_tick(double t_s);
-  void after_tick(const tools::TickRecord& tick);
+  void after_tick(const tools::TickRecord& tick, const StepResult* second = nullptr);
   /// Takes them through the loop's memory, before a period of a stack.
   template <class Stack>
   void give(Stack& stack, double t_s) {
@@ -50,6 +51,7 @@ class OtherMotion {
   [[nodiscard]] std::span<const double> given_j() const { return given_j_; }
   [[nodiscard]] const HoldRun& holds() const { return holds_; }
   [[nodiscard]] const DriveRun& drives() const { return drives_; }
+  [[nodiscard]] bool keeps() const { return tape_.has_value(); }
   /// After tape().
   [[nodiscard]] const DriveTape& kept() const { return *tape_; }
   /// Failures of both; empty: none.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// A driven part after a tick, as viewers get it.
+/// A driven part after a tick, or the part of a second hand, as viewers get it.
 
 #include <cstdint>
 #include <span>
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "rt_core/bodies/driven_parts.hpp"
+#include "rt_core/tick/step.hpp"
 #include "tools/verdict/tick_record.hpp"
 
 namespace haptic::tools {
@@ -25,5 +26,8 @@ static_assert(sizeof(DrivenTick) == 8 * kDrivenTickNumbers &&
               std::is_trivially_copyable_v<DrivenTick>);
 
 [[nodiscard]] DrivenTick driven_tick(const DrivenState& state);
+/// The part of a second hand, with what that felt: commanded where the hand leads it, pushed by
+/// what the hand feels, about its grip point.
+[[nodiscard]] DrivenTick driven_tick(const StepResult& result);
 
 }  // namespace haptic::tools

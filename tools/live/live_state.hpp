@@ -17,8 +17,8 @@ struct LiveState {
   double hand_stamp = 0;      ///< of the hand's order that this tick followed
   std::uint32_t is_over = 0;  ///< no further tick comes
   std::uint32_t knows_felt = 1;
-  std::uint64_t driven_count = 0;                ///< driven parts of the session that are known
-  std::array<DrivenTick, kMostDriven> driven{};  ///< in the order of PartScenes::driven()
+  std::uint64_t driven_count = 0;                ///< movers of the session that are known
+  std::array<DrivenTick, kMostDriven> driven{};  ///< movers (tools/common/movers.hpp)
 };
 static_assert(sizeof(LiveState) == sizeof(TickRecord) + 24 + kMostDriven * sizeof(DrivenTick));
 

@@ -42,7 +42,7 @@ struct RecordedTick {
 /// The newest pose of a driven part from one tick on, as the core was given it (DrivenInput).
 struct GivenPose {
   std::uint64_t tick = 0;    ///< place of that tick in the recording
-  std::uint64_t driven = 0;  ///< place of the part in PartScenes::driven()
+  std::uint64_t driven = 0;  ///< number of the mover (tools/common/movers.hpp)
   FrameRecord record;
 };
 static_assert(sizeof(GivenPose) == 15 * 8);

@@ -8,8 +8,8 @@
 
 #include "rt_core/contact/contact_situation.hpp"
 #include "rt_core/scene/part_scenes.hpp"
-#include "tools/common/driven_shape.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/common/movers.hpp"
 #include "tools/verdict/flag_names.hpp"
 
 namespace haptic::tools {
@@ -132,7 +132,8 @@ Json entity_of(const SceneView& scene, std::uint32_t body, const EntityLook& loo
 }
 
 std::string driven_frame(const PartScenes& parts, std::uint32_t driven) {
-  return "driven/" + std::string(parts.name(parts.driven()[driven].part));
+  return (is_held_by_second(parts, driven) ? "hand2/" : "driven/") +
+         std::string(parts.name(part_of_mover(parts, driven)));
 }
 
 std::string text_of(const Json& json) {
@@ -237,10 +238,9 @@ std::uint64_t topic_time_ns(const TickRecord& tick) {
 
 std::string scene_message(const SceneView& scene) {
   PartScenes parts;
-  const bool has_driven =
-      PartScenes::open(scene, parts) == RtStatus::kOk && !parts.driven().empty();
-  // In the scene of the part that is held at first no driven part stands, but where nothing else
-  // does.
+  const bool has_driven = PartScenes::open(scene, parts) == RtStatus::kOk && mover_count(parts) > 0;
+  // In the scene of the part that is held at first no other that moves stands, but where nothing
+  // else does.
   SceneView held = scene;
   if (has_driven && SceneView::open(parts.scene_of(0), held) != RtStatus::kOk) held = scene;
   Json entities = Json::array();
@@ -252,11 +252,12 @@ std::string scene_message(const SceneView& scene) {
                                  {std::to_string(body) + " " + name, body == 0 ? "part" : "w",
                                   body == 0 ? kHeldColour : kFixedColour}));
   }
-  for (std::uint32_t k = 0; has_driven && k < parts.driven().size(); ++k) {
+  for (std::uint32_t k = 0; has_driven && k < mover_count(parts); ++k) {
     SceneView shape;
-    if (!open_driven_shape(parts, k, shape)) continue;
+    std::uint32_t body = 0;
+    if (!open_mover_shape(parts, k, shape, body)) continue;
     const std::string frame = driven_frame(parts, k);
-    entities.push_back(entity_of(shape, 1, {frame, frame, kDrivenColour}));
+    entities.push_back(entity_of(shape, body, {frame, frame, kDrivenColour}));
   }
   return text_of({{"deletions", Json::array()}, {"entities", std::move(entities)}});
 }
@@ -289,8 +290,7 @@ std::string tick_message(Topic topic, const TickRecord& tick, const GuideLegs& l
 DrivenFrames::DrivenFrames(const SceneView& scene) {
   PartScenes parts;
   if (PartScenes::open(scene, parts) != RtStatus::kOk || parts.count() == 0) return;
-  for (std::uint32_t k = 0; k < parts.driven().size(); ++k)
-    names_.push_back(driven_frame(parts, k));
+  for (std::uint32_t k = 0; k < mover_count(parts); ++k) names_.push_back(driven_frame(parts, k));
 }
 
 std::vector<std::string> DrivenFrames::messages(const TickRecord& tick,

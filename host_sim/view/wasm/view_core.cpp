@@ -29,10 +29,6 @@ constexpr std::size_t kMostNear = 64;
 /// their distance.
 constexpr tools::NearLimits kNearby{8, 2'000, 128};
 
-Vec3 vector_in(const double* v) {
-  return {static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])};
-}
-
 void add_unique(std::vector<std::uint32_t>& list, std::uint32_t value) {
   if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
 }
@@ -84,6 +80,10 @@ std::string tick_lines(const char* structure, std::size_t at) {
 
 }  // namespace
 
+Vec3 vector_in(const double* v) {
+  return {static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])};
+}
+
 void ViewCore::Free::operator()(std::byte* bytes) const noexcept { std::free(bytes); }
 
 RtStatus ViewCore::open(std::span<const std::byte> blob) {
@@ -95,6 +95,7 @@ RtStatus ViewCore::open(std::span<const std::byte> blob) {
   if (created != RtStatus::kOk) return created;
   list_state();
   newest_ = {};
+  stand_second();
   legs_ = tools::GuideLegs(view_);
   judge_ = tools::SessionJudge(view_);
   scene = {};
@@ -149,6 +150,9 @@ void ViewCore::show_scene() {
   scene.work_units = p.work_units;
   scene.max_work_units = shown_->header().capacity.max_work_units;
   scene.scalar_bytes = sizeof(Real);
+  scene.hands = parts_ != nullptr ? parts_->hands.count() : 1;
+  if (scene.hands > 1)
+    std::copy_n(parts_->hands.hand(1).scene().bodies()[0].reference_m, 3, scene.second_grip_m);
 
   const std::uint32_t room = shown_->header().capacity.largest_near;
   corners_.resize(room);
@@ -179,7 +183,7 @@ void ViewCore::step() {
   step.clutched = input.clutched != 0;
   step.switches = input.switches;
   step.report_goal_contact = input.report_goal_contact != 0;
-  const StepResult made = parts_ != nullptr ? parts_->hands.step(step) : core_->step(step);
+  const StepResult made = step_hands(step);
   judge_.take(made);
   if (parts_ != nullptr && core_ != &parts_->hand().core()) {
     core_ = &parts_->hand().core();
@@ -200,6 +204,7 @@ void ViewCore::reset() {
   newest_ = {};
   // Each part at its start; the memory is the same, so what was saved of the first part fits.
   static_cast<void>(parts_->begin());
+  stand_second();
   core_ = &parts_->hand().core();
   shown_ = &parts_->hand().scene();
   show_scene();
@@ -531,6 +536,8 @@ std::string layout_text() {
   HAPTIC_VIEW_SCENE(work_units);
   HAPTIC_VIEW_SCENE(max_work_units);
   HAPTIC_VIEW_SCENE(scalar_bytes);
+  HAPTIC_VIEW_SCENE(hands);
+  HAPTIC_VIEW_SCENE(second_grip_m);
   const tools::LiveState live;
   text += tick_lines("live", offsetof(tools::LiveState, record));
   text += member_line("live", live, "hand_stamp", live.hand_stamp);

@@ -16,6 +16,7 @@
 #include "rt_core/haptic_core.hpp"
 #include "tools/c_space/c_obstacle.hpp"
 #include "tools/common/held_parts.hpp"
+#include "tools/live/driven_tick.hpp"
 #include "tools/plan/guide_legs.hpp"
 #include "tools/verdict/session_judge.hpp"
 #include "tools/verdict/tick_record.hpp"
@@ -47,12 +48,14 @@ struct ViewScene {
   /// with what it may have begun then.
   std::uint32_t work_units = 0, max_work_units = 0;
   std::uint32_t scalar_bytes = 0;
+  std::uint32_t hands = 1;
+  double second_grip_m[3] = {};  ///< of the part of a second hand, in its mesh frame
 };
 
-/// A pose that the owner of a driven part gives it.
+/// A pose that the owner of a driven part gives it, or that of a second hand.
 struct ViewDrive {
   FrameRecord record;
-  std::uint64_t driven = 0;  ///< number of the part in PartScenes::driven()
+  std::uint64_t driven = 0;  ///< number of the mover (tools/common/movers.hpp)
 };
 
 /// Lists of an answer; each function below says what it puts there.
@@ -94,7 +97,8 @@ class ViewCore {
 
   /// One tick of `input` into `result`. Only after kOk of open().
   void step();
-  /// `drive` is the newest pose of its driven part from now on.
+  /// `drive` is the newest pose of its mover from now on: of a driven part, or, as the second hand
+  /// leads it, of that one's part.
   void give();
   /// One tick of the driven parts, before each step of a scene that has them: they follow the poses
   /// that they were given; those that were given none stay where they are (PartHand::follow).
@@ -126,7 +130,7 @@ class ViewCore {
   /// cut made it), corners and their vertices; numbers its vertices, of the part in A's axes about
   /// the grip point, of others in W [m].
   void describe_pieces();
-  /// For each driven part counts 1 where it touches the part that is held, and 1 where its stream
+  /// For each mover counts 1 where it touches the part that is held, and 1 where its stream
   /// is lost; numbers its DrivenTick; text: names, a line each. Empty: the scene has none.
   void describe_driven();
   /// As describe_pieces, with the number of the driven part in place of the body and vertices about
@@ -174,6 +178,9 @@ class ViewCore {
   [[nodiscard]] RtStatus create();
   void show_scene();
   void list_state();
+  [[nodiscard]] StepResult step_hands(const StepInput& first);
+  void stand_second();
+  void add_mover(const tools::DrivenTick& tick, std::uint32_t part);
   /// Counts and numbers of a piece: `shown` stands for its body.
   void add_piece(const SceneView& in, std::uint32_t piece, std::uint32_t shown,
                  const double* shift_m);
@@ -193,7 +200,8 @@ class ViewCore {
   std::unique_ptr<std::byte, Free> memory_;
   std::span<std::byte> state_;
   std::vector<std::span<std::byte>> state_pieces_;  ///< of the state
-  std::array<FrameRecord, kMostDriven> newest_{};   ///< poses of driven parts
+  std::array<FrameRecord, kMostDriven> newest_{};   ///< poses of movers
+  StepResult second_;                               ///< of a second hand, in the last tick
   HapticCore* core_ = nullptr;
   tools::SessionJudge judge_;
   Pose felt_wa_;
@@ -202,6 +210,8 @@ class ViewCore {
   std::vector<ContactId> ids_;
   ContactGeometry contact_;
 };
+
+[[nodiscard]] Vec3 vector_in(const double* v);
 
 /// A line for each member of the structures input, drive, result, scene and live (LiveState of
 /// tools/live/live_state.hpp, the message of a live session): structure, name, offset, type (f64,

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// mcap_read.mjs PACKAGES MCAP CSV [DRIVEN]: an MCAP file of `host_sim run`, read by the format's official package (@mcap/core), holds the
+// mcap_read.mjs PACKAGES MCAP CSV [DRIVEN | --second NAME CSV2]: an MCAP file of `host_sim run`, read by the format's official package (@mcap/core), holds the
 // ticks of the run's CSV: counts, order, times, schemas and values, those of a guide where there is one, and those of driven parts by
-// DRIVEN, a run's driven.csv. Exit code 1 where it does not.
+// DRIVEN, a run's driven.csv, or of a second hand's part by its CSV. Exit code 1 where it does not.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 
-const [packages, mcap, csv, drivenCsv] = process.argv.slice(2);
+const [packages, mcap, csv, ...others] = process.argv.slice(2);
+const [second, secondCsv] = others[0] === "--second" ? others.slice(1) : [];
+const drivenCsv = second ? undefined : others[0];
 const { McapStreamReader } = createRequire(join(packages, "x.js"))("@mcap/core");
 
 /** Words between commas; those in quotation marks may hold commas. */
@@ -20,6 +22,7 @@ function table(path) {
 const { columns, rows } = table(csv);
 const driven = drivenCsv ? table(drivenCsv).rows : [];
 const drivenFrames = [...new Set(driven.map(({ part }) => `driven/${part}`))];
+const frames = second ? [...drivenFrames, `hand2/${second}`] : drivenFrames;
 
 const reader = new McapStreamReader({ validateCrcs: true });
 reader.append(readFileSync(mcap));
@@ -45,7 +48,7 @@ for (let record; (record = reader.nextRecord()); ) {
 }
 assert.ok(reader.done() && reader.bytesRemaining() === 0, "the file is not whole");
 
-const transforms = new Map(["part", ...drivenFrames].map((frame) => [frame, []]));
+const transforms = new Map(["part", ...frames].map((frame) => [frame, []]));
 for (const message of messages.get("/tf")) transforms.get(message.value.child_frame_id).push(message);
 messages.set("/tf", transforms.get("part"));
 for (const topic of ["/tf", "/pose", "/felt_pose", "/wrench", "/contact", "/counters"])
@@ -54,7 +57,7 @@ const isGuided = columns.includes("guide_place");
 assert.equal(messages.get("/guide").length, isGuided ? rows.length : 0);
 assert.equal(messages.get("/scene").length, 1);
 const { entities } = messages.get("/scene")[0].value;
-assert.deepEqual(entities.map((entity) => entity.frame_id), ["part", "w", ...drivenFrames]);
+assert.deepEqual(entities.map((entity) => entity.frame_id), ["part", "w", ...frames]);
 for (const entity of entities) {
   const { points } = entity.triangles[0];
   assert.ok(points.length >= 36 && points.length % 3 === 0);
@@ -85,6 +88,14 @@ for (const row of driven) {
   ofFrame.set(frame, k + 1);
 }
 for (const [frame, count] of ofFrame) assert.deepEqual([count, transforms.get(frame).length], [rows.length, rows.length]);
+if (second) {
+  const ofSecond = transforms.get(`hand2/${second}`);
+  table(secondCsv).rows.forEach((row, k) => {
+    const { x, y, z } = ofSecond[k].value.translation;
+    assert.deepEqual([x, y, z], [row.proxy_x_m, row.proxy_y_m, row.proxy_z_m].map(Number));
+  });
+  assert.equal(ofSecond.length, rows.length);
+}
 if (isGuided) assert.ok(rows.some((row) => /^\d of \d+: .+, then .+$/.test(row.guide_place)), "nobody is told which contact comes next");
 const changes = rows.filter((row, k) => row.state !== (k > 0 ? rows[k - 1].state : "none")).length;
 assert.equal(messages.get("/log").filter(({ value }) => value.level === 2).length, changes);

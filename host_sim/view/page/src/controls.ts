@@ -56,6 +56,8 @@ export class Controls {
     private readonly side: Side,
     private readonly gripA: Vec,
     public partRadius: number,
+    /** number of the gamepad that it reads, of those that are there */
+    private readonly pad: number,
     /** `at`: when the move was made [ms] */
     private readonly want: (target: Pose, at: number) => void,
   ) {}
@@ -169,7 +171,8 @@ export class Controls {
     // Asking takes time, and one that is not there is plugged in by hand.
     if (this.gamepad === "" && now - this.gamepadAsked < kGamepad_ms) return;
     this.gamepadAsked = now;
-    const pad = navigator.getGamepads?.().find((p) => p && p.connected && p.mapping === "standard");
+    const pads = [...(navigator.getGamepads?.() ?? [])].filter((p) => p?.connected && p.mapping === "standard");
+    const pad = pads[this.pad];
     this.gamepad = pad?.id ?? "";
     if (!pad) return;
     const fine = pad.buttons[0]?.pressed ? kFine : 1;

@@ -8,8 +8,9 @@ import { CSpacePane } from "./cspace_pane";
 import { DelayMeter, FrameMeter } from "./delay";
 import { Fineness, isDrawnByProcessor, kStill_ms } from "./fineness";
 import { GraphPane } from "./graph_pane";
+import { gripOf } from "./hand";
 import type { LiveFacts } from "./live";
-import type { FromWorker, Lamp, LiveOrder, Mode, Picture, Pose, SceneFacts, ToWorker } from "./messages";
+import type { FromWorker, Lamp, LiveOrder, Mode, Picture, Pose, SceneFacts, ToWorker, Vec } from "./messages";
 import { PhysicalPane } from "./physical_pane";
 import { placeOf, placeText } from "./place";
 import { bytesOf, DamagedPage, unzipped } from "./recording";
@@ -111,6 +112,8 @@ class Page {
   private readonly strips: Strips;
   private readonly graph = new GraphPane(element("graph"));
   private controls: Controls | null = null;
+  /** of a second hand, which keys, a second gamepad and a second SpaceMouse lead */
+  private second: Controls | null = null;
   private scene: SceneFacts | null = null;
   private picture: Picture | null = null;
   private lamp: Lamp | null = null;
@@ -125,7 +128,8 @@ class Page {
   private viewed: Picture | null = null;
   private fresh = false;
   private looked = true;
-  private wanted: ToWorker | null = null;
+  /** by hand */
+  private wanted: (ToWorker | null)[] = [null, null];
   private sentAt = -Infinity;
   private last = performance.now();
   private readonly fineness = new Fineness(kByProcessor, window.devicePixelRatio || 1);
@@ -176,11 +180,14 @@ class Page {
 
   /** At once, so that the core's answer is there when the next picture is drawn. */
   private sendHand(now: number): void {
-    if (this.wanted?.kind !== "hand" || now - this.sentAt < kHand_ms) return;
-    this.delay.sent(this.wanted.at);
-    this.send(this.wanted);
-    this.wanted = null;
-    this.sentAt = now;
+    if (now - this.sentAt < kHand_ms) return;
+    for (const wanted of this.wanted) {
+      if (wanted?.kind !== "hand") continue;
+      this.delay.sent(wanted.at);
+      this.send(wanted);
+      this.sentAt = now;
+    }
+    this.wanted = [null, null];
   }
 
   private take(message: FromWorker): void {
@@ -219,12 +226,17 @@ class Page {
       this.cspace.partRadius = radius;
       element("arrow-scale").textContent = this.physical.scaleText;
     }
-    this.controls = new Controls(this.side, scene.grip, radius, (target, at) => {
-      if (!this.takesHand) return;
-      this.movedAt = performance.now();
-      this.wanted = { kind: "hand", target, at };
-      this.sendHand(this.movedAt);
-    });
+    const controlsOf = (hand: number, grip: Vec) =>
+      new Controls(this.side, grip, radius, hand, (target, at) => {
+        if (!this.takesHand) return;
+        this.movedAt = performance.now();
+        this.wanted[hand] = { kind: "hand", target, at, second: hand === 1 };
+        this.sendHand(this.movedAt);
+      });
+    this.controls = controlsOf(0, scene.grip);
+    // A session elsewhere has its own second hand.
+    this.second = scene.second && !this.live ? controlsOf(1, scene.second.grip) : null;
+    element("two-hands").hidden = this.second === null;
     element<HTMLButtonElement>("restart").disabled = element<HTMLButtonElement>("upright").disabled = !this.takesHand;
     this.bindParts(scene);
     for (const one of document.querySelectorAll<HTMLElement>(".of-driven")) one.hidden = scene.driven === null;
@@ -237,6 +249,12 @@ class Page {
     if (scene.recordedTicks === 0) this.goToAddress();
   }
 
+  /** The parts are somewhere else by themselves. */
+  private forgetMoves(): void {
+    this.controls?.forget();
+    this.second?.forget();
+  }
+
   /** Another part is in the hand. */
   private showParts(scene: SceneFacts): void {
     this.scene = scene;
@@ -245,7 +263,7 @@ class Page {
     if (this.physical && this.cspace) this.cspace.partRadius = this.physical.partRadius;
     if (this.controls) this.controls.partRadius = this.physical?.partRadius ?? 0.05;
     if (this.physical) element("arrow-scale").textContent = this.physical.scaleText;
-    this.controls?.forget();
+    this.forgetMoves();
     this.viewed = null;
     this.looked = true;
   }
@@ -253,7 +271,7 @@ class Page {
   /** The hand holds this part of the scene; -1: it lets go. */
   private hold(part: number): void {
     if (!this.takesHand || this.live) return;
-    this.controls?.forget();
+    this.forgetMoves();
     this.send({ kind: "hold", part });
   }
 
@@ -270,7 +288,8 @@ class Page {
 
   private bindParts(scene: SceneFacts): void {
     const { parts } = scene;
-    element("parts").hidden = parts === null || !this.takesHand || this.live !== null;
+    const mayHold = parts?.mayBeHeld.some((may) => may) ?? false;
+    element("parts").hidden = !mayHold || !this.takesHand || this.live !== null;
     if (!parts) return;
     const list = element<HTMLSelectElement>("hold");
     const option = (text: string, value: number) => {
@@ -294,7 +313,7 @@ class Page {
     if (side) Object.assign(this.side, side);
     this.looked = true;
     if (pose && this.takesHand) {
-      this.controls?.forget();
+      this.forgetMoves();
       this.send({ kind: "hand", target: pose, at: performance.now() });
     } else if (tick !== undefined && this.scene?.recordedTicks) {
       this.seek(tick);
@@ -331,9 +350,11 @@ class Page {
       const found = await openSpaceMouse(hid);
       if (!found) return;
       if (!found.axes.isComplete) throw new Error(`${found.name} does not say that it has six axes`);
-      if (this.controls) this.controls.sixAxes = found.axes;
+      const isSecond = this.second !== null && this.controls?.sixAxes != null;
+      const led = isSecond ? this.second : this.controls;
+      if (led) led.sixAxes = found.axes;
       button.setAttribute("aria-pressed", "true");
-      button.title = `${found.name} moves the part`;
+      button.title = `${found.name} moves the ${isSecond ? "second hand's part" : "part"}`;
     } catch (error) {
       button.title = `The SpaceMouse cannot be used: ${error instanceof Error ? error.message : String(error)}`;
     }
@@ -384,12 +405,12 @@ class Page {
   }
 
   private restart(): void {
-    this.controls?.forget();
+    this.forgetMoves();
     this.send({ kind: "restart" });
   }
 
   private togglePlay(): void {
-    this.controls?.forget();
+    this.forgetMoves();
     const mode = this.picture?.mode;
     this.send({ kind: "mode", mode: mode === "play" ? "pause" : "play" });
   }
@@ -456,11 +477,11 @@ class Page {
       if (own && (event.code === "Space" || event.code.startsWith("Arrow") || event.code === "Home")) return;
       const act = signs[event.key] ?? keys[event.code];
       if (act) act();
-      else if (!this.controls?.key(event, true)) return;
+      else if (!(this.second ?? this.controls)?.key(event, true)) return;
       event.preventDefault();
     });
-    window.addEventListener("keyup", (event) => this.controls?.key(event, false));
-    window.addEventListener("blur", () => this.controls?.release());
+    window.addEventListener("keyup", (event) => (this.second ?? this.controls)?.key(event, false));
+    window.addEventListener("blur", () => (this.second ?? this.controls)?.release());
     if (this.physical) this.bindPane(this.physical);
     if (this.cspace) this.bindPane(this.cspace);
   }
@@ -522,7 +543,9 @@ class Page {
 
   private frame(): void {
     const now = performance.now();
-    this.controls?.advance(Math.min(0.1, (now - this.last) / 1000), now);
+    const passed = Math.min(0.1, (now - this.last) / 1000);
+    this.controls?.advance(passed, now);
+    this.second?.advance(passed, now);
     this.last = now;
     this.sendHand(now);
     this.finish(now);
@@ -556,6 +579,11 @@ class Page {
       // A live session may be moved by others too: a hand here takes the part up where it then is.
       const byHand = picture.mode === "hand" || (picture.mode === "live" && performance.now() - this.movedAt < kHeld_ms);
       this.controls?.follow(picture.deviceGrip, picture.device.q, picture.feltGrip, byHand);
+      if (this.second && this.scene?.second) {
+        const { grip, mover } = this.scene.second;
+        const { commanded, felt } = picture.driven[mover];
+        this.second.follow(gripOf(commanded, grip), commanded.q, gripOf(felt, grip), byHand);
+      }
       if (!this.viewed || !sameView(picture, this.viewed)) {
         this.physical?.show(picture);
         this.cspace?.show(picture);

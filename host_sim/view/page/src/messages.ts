@@ -67,8 +67,10 @@ export interface SceneFacts {
   pieces: Answer;
   /** null: the scene has one moving part */
   parts: PartFacts | null;
-  /** null: the scene has none */
+  /** they, and behind them the part of a second hand; null: the scene has none */
   driven: DrivenFacts | null;
+  /** a second hand: where it holds its part, and which of `driven` that is */
+  second: { grip: Vec; mover: number } | null;
   recordedTicks: number;
 }
 
@@ -106,7 +108,7 @@ export interface Picture {
   /** of the session so far; of a recording the whole of it */
   verdict: Verdict;
   feltPlanes: number;
-  /** in the order of the scene's driven parts */
+  /** in the order of the scene's driven parts; behind them the part of a second hand, pushed by what that feels */
   driven: DrivenPicture[];
   obstacles: Answer;
   contacts: Answer;
@@ -159,7 +161,8 @@ export interface LiveOrder extends LiveFacts {
 
 export type ToWorker =
   | { kind: "load"; module: ArrayBuffer; scene: Uint8Array; recording: Uint8Array | null; live: LiveOrder | null }
-  | { kind: "hand"; target: Pose; at: number }
+  /** `second`: of the second hand */
+  | { kind: "hand"; target: Pose; at: number; second?: boolean }
   | { kind: "mode"; mode: Mode }
   | { kind: "seek"; tick: number }
   | { kind: "select"; selected: { pair: number; node: number } | null }

@@ -43,6 +43,8 @@ class Runner {
   private mode: Mode = "pause";
   private tick = 0;
   private hand: Hand;
+  /** of a scene with two */
+  private second: Hand | null = null;
   private device: Pose;
   private facts: SceneFacts;
   /** grip point of the part that is held at first, in its mesh frame */
@@ -89,6 +91,8 @@ class Runner {
     this.device = { p: scene.start_p_wa_m, q: scene.start_q_wa_xyzw };
     this.hand = this.handAtDevice();
     this.facts = this.describe();
+    if (this.facts.second) this.second = this.handFor(this.facts.second.grip);
+    this.placeSecond();
     post({ kind: "loaded", scene: this.facts });
     if (recording) {
       this.check();
@@ -105,12 +109,40 @@ class Runner {
 
   /** For the stiffness of the part that is held. It leads the first part, and any other by that one's own grip point. */
   private handAtDevice(): Hand {
+    const hand = this.handFor(this.firstGrip);
+    hand.place(this.device);
+    return hand;
+  }
+
+  private handFor(grip: Vec): Hand {
     const scene = this.core.read("scene") as Record<string, any>;
     const { kT, kR } = this.stiffness(scene);
     const damping = scene.law === 3 ? scene.damping_ns_per_m : 0;
-    const hand = new Hand(kT, kR, damping, this.firstGrip, 1 / (scene.rate_hz || 1000));
-    hand.place(this.device);
-    return hand;
+    return new Hand(kT, kR, damping, grip, 1 / (scene.rate_hz || 1000));
+  }
+
+  /** The second hand is where it leads its part. */
+  private placeSecond(): void {
+    if (this.second) this.second.place(this.core.driven()[this.facts.second!.mover].commanded);
+  }
+
+  /** Before a tick: the second hand's device moves under what it feels, and leads its part. */
+  private leadSecond(): void {
+    if (!this.second) return;
+    const { mover } = this.facts.second!;
+    const { push_n, push_nm } = this.core.driven()[mover];
+    const pose = this.second.advance(push_n as Vec, push_nm as Vec);
+    this.core.give({
+      driven: BigInt(mover),
+      number: this.drivenNs,
+      stamp_ns: this.drivenNs,
+      p_m: pose.p,
+      q_xyzw: pose.q,
+      fastest_m_per_s: 0,
+      fastest_rad_per_s: 0,
+      late_ns: 0n,
+      stands: 0n,
+    });
   }
 
   private stiffness(scene: Record<string, any>): { kT: number; kR: number } {
@@ -150,6 +182,7 @@ class Runner {
               pieces: core.describe("driven_pieces"),
               starts: driven.map(({ felt }) => felt),
             },
+      second: scene.hands > 1 ? { grip: scene.second_grip_m, mover: driven.length - 1 } : null,
       recordedTicks: this.recording?.ticks ?? 0,
     };
   }
@@ -383,6 +416,7 @@ class Runner {
     this.tick = 0;
     this.step(this.facts.start, 0n, true);
     this.hand.place(this.device);
+    this.placeSecond();
     this.samples = [];
     this.cut = true;
     this.dirty = true;
@@ -394,14 +428,14 @@ class Runner {
     this.dirty = true;
   }
 
-  want(target: Pose, at: number): void {
+  want(target: Pose, at: number, second: boolean): void {
     if (this.link) {
-      if (this.live!.takesHand) this.link.send(handMessage(target, at));
+      if (this.live!.takesHand && !second) this.link.send(handMessage(target, at));
       return;
     }
     this.handAt = at;
     if (this.mode !== "hand") this.setMode("hand");
-    this.hand.want(target);
+    (second && this.second ? this.second : this.hand).want(target);
     this.urgent = true;
     this.dirty = false;  // what was computed before is not what the hand made
     this.turn();
@@ -412,6 +446,7 @@ class Runner {
     if (mode === "play" && !this.recording) mode = "hand";
     if (mode === "hand" && this.mode !== "hand") {
       this.hand.place(this.device);
+      this.placeSecond();
       this.core.beginVerdict();
       this.standDriven();
       this.cut = true;
@@ -484,6 +519,7 @@ class Runner {
         sum("torque_w_nm", "guide_torque_w_nm"),
       );
       this.drivenNs += kTick_ns;
+      this.leadSecond();
       this.core.follow(this.drivenNs, true);
       this.step(pose, BigInt(this.tick) * kTick_ns, report);
       this.sample(this.samples);
@@ -584,7 +620,7 @@ self.onmessage = (event: MessageEvent<ToWorker>) => {
   const message = event.data;
   if (message.kind === "load") void load(message);
   if (!runner?.takesOrders) return;
-  if (message.kind === "hand") runner.want(message.target, message.at);
+  if (message.kind === "hand") runner.want(message.target, message.at, message.second ?? false);
   if (message.kind === "mode") runner.setMode(message.mode);
   if (message.kind === "seek") runner.seek(message.tick);
   if (message.kind === "select") runner.select(message.selected);
