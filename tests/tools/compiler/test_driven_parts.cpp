@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "rt_core/bodies/joint_motion.hpp"
 #include "rt_core/scene/part_scenes.hpp"
 #include "tests/support/program_run.hpp"
 #include "tests/support/text_search.hpp"
@@ -182,6 +183,19 @@ TEST_SUITE("tools.driven_parts") {
     CHECK(scene.held(0).bodies().size() == 3);
     CHECK(body_name_in(scene.held(0), 1) == "table");
     CHECK(body_name_in(scene.held(0), 2) == "ring");
+  }
+
+  TEST_CASE("each part that may be held states the memory that its law takes") {
+    const Pushed scene(pushed_parts());
+    for (const std::uint32_t part : {0u, 3u}) {
+      const SceneView held = scene.held(part), pair = scene.pair(part);
+      JointScenes scenes;
+      scenes.of[0].held = &held;
+      scenes.of[0].meets_standing = scene.parts.meets_standing(part);
+      scenes.of[0].with[0] = &pair;
+      CHECK(scene.parts.meets_standing(part));
+      CHECK(scene.parts[part].law_bytes == JointMotion::state_bytes(scenes));
+    }
   }
 
   TEST_CASE("parts that never meet have no scene of the two") {

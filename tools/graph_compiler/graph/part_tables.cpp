@@ -42,6 +42,7 @@ class LawScenes {
   std::uint32_t bytes_of(std::size_t part, std::uint32_t hands) {
     JointScenes scenes;
     scenes.hands = hands;
+    hands_ = hands;
     for (std::uint32_t hand = 0; hand < hands; ++hand) add(part + hand, scenes.of[hand]);
     for (std::uint32_t a = 0; hands > 1 && a < hands; ++a) {
       const std::vector<std::byte>* const between = pair_of(a, 1 - a);
@@ -54,8 +55,7 @@ class LawScenes {
 
  private:
   [[nodiscard]] bool moves(std::uint32_t part) const {
-    const PartRole role = parts_.at(part).role;
-    return role == PartRole::kDriven || role == PartRole::kHand2 || role == PartRole::kHand;
+    return parts_.at(part).role == PartRole::kDriven || (hands_ > 1 && part < hands_);
   }
   const SceneView& open(std::span<const std::byte> bytes) {
     opened_.push_back(std::make_unique<const OpenedScene>(bytes));
@@ -76,6 +76,7 @@ class LawScenes {
     }
   }
 
+  std::uint32_t hands_ = 1;
   const std::vector<HeldPart>& parts_;
   const std::vector<DrivenRecord>& driven_;
   std::vector<std::unique_ptr<const OpenedScene>> opened_;
