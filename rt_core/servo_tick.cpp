@@ -14,6 +14,8 @@ namespace {
 /// Causes after which the newest pose says nothing about where the part is.
 constexpr std::uint32_t kNoPose = kFaultBadPose | kFaultJump | kFaultSequence;
 constexpr Real kUnitTolerance = 1.0e-3_r;
+/// So long does a part that has come back inside its limits follow its handle on.
+constexpr std::uint32_t kComesBackTicks = 100;
 /// By which a device or its link calls for a stop.
 constexpr std::uint32_t kStops = kDeviceEmergencyStop | kLinkStopCalled;
 
@@ -101,6 +103,7 @@ ServoTick::Opened ServoTick::open(const ServoInput& input) noexcept {
   follow_state(input, is_new);
   opened.present |= check_time(input);
   opened.present |= check_frame(input);
+  opened.present |= input.other_faults & (kFaultInternal | kFaultNotFinite);
   const bool has_pose =
       usable_ && (device_.faults & kNoPose) == 0 && (state.faults & kDeviceNotHomed) == 0;
   if (is_new && has_pose) prepare(input, opened);
@@ -215,7 +218,8 @@ ServoTick::ServoTick(HapticCore* core, PartHand* hand, const ServoParameters& pa
 // An image has one core, and asks for no hand.
 void ServoTick::reset_core() noexcept {
   if (!kSceneTraits.image && hand_ != nullptr) {
-    hand_->reset();
+    hand_->reset(!drops_pull_);
+    drops_pull_ = false;
   } else {
     core_->reset();
   }
@@ -398,8 +402,9 @@ std::uint32_t ServoTick::check_envelope() noexcept {
   const Vec3 x0_w = goal.p_wa + goal.q_wa.toRotationMatrix() * felt_grip_a();
   const std::uint32_t outside =
       rendered_.result.outside | watch_.update(parameters_.envelope, x0_w, goal.q_wa);
-  if (arming_.wants_force()) rendered_.is_out = false;
-  if (outside != 0) rendered_.is_out = true;
+  rendered_.out_ticks = outside != 0              ? kComesBackTicks
+                        : rendered_.out_ticks > 0 ? rendered_.out_ticks - 1
+                                                  : 0;
   std::uint32_t faults = 0;
   if ((outside & kOutsideWorkspace) != 0) faults |= kFaultWorkspace;
   if ((outside & kOutsideOrientation) != 0) faults |= kFaultEnvelope;
@@ -428,8 +433,8 @@ void ServoTick::prepare(const ServoInput& input, Opened& opened) noexcept {
   }
   in.report_goal_contact = input.report_goal_contact;
   // A hand that nothing holds back must not push the part of another that is felt; but one that
-  // has left its limits must bring its part back.
-  if (input.other_is_felt && !arming_.wants_force() && !rendered_.is_out) in.clutched = true;
+  // has left its limits must bring its part back inside, and off them.
+  if (input.other_is_felt && !arming_.wants_force() && rendered_.out_ticks == 0) in.clutched = true;
   opened.to_core = in;
   opened.renders = true;
 }
@@ -466,7 +471,7 @@ void ServoTick::arm(const ServoInput& input, std::uint32_t present) noexcept {
   const bool begins = after_fault && (parameters_.start.place || parameters_.start.turn);
   if (begins || (rendered_.result.flags & kFlagHooked) != 0 ||
       (coupled && is_beyond(pull_d, parameters_.limits))) {
-    broken_ = true;
+    broken_ = drops_pull_ = true;
     rendered_.result.wrench_w = rendered_.result.spring_w = Wrench{};
     rendered_.result.guidance.wrench_w = Wrench{};
   }

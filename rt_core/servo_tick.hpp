@@ -65,6 +65,7 @@ struct ServoInput {
   /// For two hands with a device each (two_hand_tick.hpp): the other exerts a force, or is about
   /// to; and the driven parts have followed their streams before.
   bool other_is_felt = false, has_followed = false;
+  std::uint32_t other_faults = 0;  ///< SafetyFault that the other had in the last tick
 };
 
 struct ServoResult {
@@ -192,7 +193,7 @@ class ServoTick {
     StepResult result;
     bool has_result = false;      ///< ever
     bool started_inside = false;  ///< and has not come out since
-    bool is_out = false;          ///< the goal has left its limits, since it was last armed
+    std::uint32_t out_ticks = 0;  ///< the goal is outside its limits, or has just come back
   };
 
   HapticCore* core_;  ///< null: the hand's
@@ -214,6 +215,7 @@ class ServoTick {
   bool usable_ = false;      ///< the parameters
   bool full_ = false;        ///< the ramp in is over
   bool broken_ = true;       ///< the next pose does not go on from the core's last
+  bool drops_pull_ = false;  ///< nor does the pull
 };
 
 }  // namespace haptic

@@ -17,12 +17,17 @@ std::array<ServoResult, kMostHands> TwoHandTick::step(
     given[k].emergency_stop = stopped;
     given[k].other_is_felt = felt[1 - k];
     given[k].has_followed = true;
+    given[k].other_faults = present_[1 - k];
     opened[k] = ticks_[k].open(given[k]);
     if (opened[k].renders) to_cores[k] = &opened[k].to_core;
   }
   const std::array<StepResult, kMostHands> rendered = hands_->step(to_cores);
-  return {ticks_[0].close(given[0], opened[0], rendered[0]),
-          ticks_[1].close(given[1], opened[1], rendered[1])};
+  const std::array<ServoResult, kMostHands> results{
+      ticks_[0].close(given[0], opened[0], rendered[0]),
+      ticks_[1].close(given[1], opened[1], rendered[1])};
+  for (std::uint32_t k = 0; k < kMostHands; ++k)
+    present_[k] = results[k].present & ~present_[1 - k];
+  return results;
 }
 
 }  // namespace haptic

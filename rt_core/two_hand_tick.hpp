@@ -35,6 +35,7 @@ class TwoHandTick {
  private:
   Hands* hands_;
   std::array<ServoTick, kMostHands> ticks_;
+  std::array<std::uint32_t, kMostHands> present_{};  ///< SafetyFault of the last tick, by hand
 };
 
 }  // namespace haptic

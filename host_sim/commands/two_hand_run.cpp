@@ -74,10 +74,10 @@ Hands::Each<std::vector<MotionSample>> motions_of(const RunArguments& o, CoreSes
   return motions;
 }
 
-/// How the tick of a hand is judged: by its own scene.
+/// A hand is judged by its own scene. `rendered`: ticks that its core has made; empty: all.
 HandAccount judged(const RunArguments& o, CoreSession& session, const RunSubject& subject,
                    std::uint32_t hand, const std::vector<LoopRecord>& records,
-                   const std::vector<double>& given_j) {
+                   const std::vector<double>& given_j, const std::vector<bool>& rendered = {}) {
   HandAccount account;
   account.loop = total(records);
   const SceneView& scene = session.view_of(hand);
@@ -85,7 +85,7 @@ HandAccount judged(const RunArguments& o, CoreSession& session, const RunSubject
   tools::SessionJudge judge(scene);
   if (hand == 0 && o.is_made_to_press()) judge.expect_contact();
   for (std::size_t k = 0; k < records.size(); ++k) {
-    judge.take(judged_tick(records[k].tick));
+    if (rendered.empty() || rendered[k]) judge.take(judged_tick(records[k].tick));
     judge.note_work(records[k].delivered_j - given_j[k]);
   }
   account.end.verdict = judge.verdict();
@@ -113,9 +113,11 @@ std::string title_of(const RunArguments& o, const CoreSession& session, std::uin
          " hand" + (o.carrier == "none" ? "" : ", carrier " + o.carrier);
 }
 
-bool tell(const RunArguments& o, const RunSubject& subject,
-          const Hands::Each<HandAccount>& accounts, const OtherMotion& others,
-          const std::vector<OutputText>& files) {
+/// Failures beside the hands are told with the first.
+bool tell(const RunArguments& o, const RunSubject& subject, Hands::Each<HandAccount> accounts,
+          const OtherMotion& others, const std::vector<OutputText>& files) {
+  const std::string failures = others.failures();
+  accounts[0].end.add_failure(!failures.empty(), failures);
   const OtherEvents told = told_by(others);
   o.keep(files, hands_account(subject, o.carrier, accounts, told));
   o.keep_drives(others.drives());
@@ -225,8 +227,12 @@ bool run_devices(const RunArguments& o, CoreSession& session, const RunSubject& 
   std::vector<OutputText> files;
   for (std::uint32_t k = 0; k < kMostHands; ++k) {
     std::vector<LoopRecord> felt;
-    for (const StackRecord& record : records[k]) felt.push_back(record.loop);
-    accounts[k] = judged(o, session, subject, k, felt, given.of[k]);
+    std::vector<bool> rendered;
+    for (const StackRecord& record : records[k]) {
+      felt.push_back(record.loop);
+      rendered.push_back(record.rendered_new);
+    }
+    accounts[k] = judged(o, session, subject, k, felt, given.of[k], rendered);
     add_device_failures(total(records[k]), accounts[k].end);
     const std::string name = k == 0 ? "run" : "run2";
     const SceneView& scene = session.view_of(k);

@@ -168,7 +168,7 @@ void DeviceLine::send() {
 
 void DeviceLine::end_period() {
   out_.period += 1;
-  out_.t_s = static_cast<double>(out_.period) * 1e-9 * static_cast<double>(period_ns_);
+  out_.t_s = static_cast<double>(out_.period) * (1e-9 * static_cast<double>(period_ns_));
   out_.device = model_.state();
   out_.acting = model_.acting();
   out_.drives_on = model_.drives_on();

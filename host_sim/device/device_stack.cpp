@@ -37,7 +37,8 @@ DeviceStack::DeviceStack(CoreSession& session, const StackSettings& settings,
 
 DeviceStack::DeviceStack(CoreSession& session, std::vector<StackDevice> devices)
     : session_(session),
-      recorder_memory_(FlightRecorder::bytes_for(devices.at(0).settings.recorded_ticks)) {
+      recorder_memory_(
+          FlightRecorder::bytes_for(devices.empty() ? 0 : devices[0].settings.recorded_ticks)) {
   const std::size_t hands = session.hands() != nullptr ? session.hands()->count() : 1;
   if (devices.size() != hands)
     throw tools::InputError("the scene has " + std::to_string(hands) + " hands, and " +
@@ -48,9 +49,12 @@ DeviceStack::DeviceStack(CoreSession& session, std::vector<StackDevice> devices)
   for (std::size_t k = 0; k < hands; ++k) {
     StackDevice& device = devices[k];
     const StackSettings& first = devices[0].settings;
-    if (hands > 1 && (device.settings.report_clocked ||
-                      device.settings.model.report_rate_hz != first.model.report_rate_hz))
-      throw tools::InputError("two devices report at one rate, and are not report-clocked");
+    const bool has_one_clock = device.settings.model.report_rate_hz == first.model.report_rate_hz &&
+                               device.settings.ticks_per_report == first.ticks_per_report;
+    if (hands > 1 && (device.settings.report_clocked || !has_one_clock))
+      throw tools::InputError(
+          "two devices have one rate and one number of ticks for a report, and are not "
+          "report-clocked");
     const SceneView& scene =
         hands > 1 ? session.hands()->hand(static_cast<std::uint32_t>(k)).scene() : session.view();
     lines_.push_back(std::make_unique<DeviceLine>(clock_, in_line(device.settings, scene),

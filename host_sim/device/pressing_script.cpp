@@ -56,16 +56,16 @@ PressedPoint touched_point(CoreSession& session) {
   const Vector way = nearest_piece(session.view(), point.start_w + grip) - (point.start_w + grip);
   point.along_w = way.norm() > 0 ? Vector(way.normalized()) : Vector(-Vector::UnitZ());
   const bool searches_goal = has_goal_contact(parameters);
-  session.core().reset();
+  session.reset();
   for (int k = 0; k <= kMarchSteps && point.way_m < 0; ++k) {
     StepInput input;
     input.report_goal_contact = true;
     input.pose_wa = pose_at(point.start_w + k * kMarch_m * point.along_w, point.q_wa);
-    const bool touches = searches_goal ? session.core().step(input).d_near_m <= 0
+    const bool touches = searches_goal ? session.step(input).d_near_m <= 0
                                        : touch_at(session, input.pose_wa).touches;
     if (touches) point.way_m = k * kMarch_m;
   }
-  session.core().reset();
+  session.reset();
   point.grip_w = point.start_w + grip + std::max(point.way_m, 0.0) * point.along_w;
   return point;
 }

@@ -45,7 +45,7 @@ class Repeater {
   /// Repeats one tick from the state as it is, and leaves the state after it.
   SameStateTick run(const StepInput& input, std::size_t tick, Raw& raw, bool& same_result) {
     snapshot_.take();
-    const std::uint64_t hash = session_.core().step(input).state_hash;  // warms
+    const std::uint64_t hash = session_.step(input).state_hash;  // warms
     SameStateTick result{tick, std::numeric_limits<double>::infinity(),
                          std::numeric_limits<double>::infinity()};
     for (std::uint32_t r = 0; r < repeats_; ++r) {
@@ -65,7 +65,7 @@ class Repeater {
  private:
   double time(const StepInput& input, std::uint64_t hash, bool& same_result) {
     StepResult step;
-    const double ns = clock_.ns_of([&] { step = session_.core().step(input); });
+    const double ns = clock_.ns_of([&] { step = session_.step(input); });
     same_result = same_result && step.state_hash == hash;
     return ns;
   }
@@ -94,12 +94,12 @@ SameStateTimes same_state_times(CoreSession& session, std::span<const MotionSamp
   times.flushed_bytes = repeater.flushed_bytes();
   Raw raw;
   std::vector<double> warm, flushed;
-  session.core().reset();
+  session.reset();
   std::size_t next = 0;
   for (std::size_t i = 0; i <= chosen.back(); ++i) {
     const StepInput input = input_of(motion[i], i, goal);
     if (chosen[next] != i) {
-      static_cast<void>(session.core().step(input));
+      static_cast<void>(session.step(input));
       continue;
     }
     ++next;

@@ -55,7 +55,7 @@ void measure_stale(CoreSession& session, std::size_t ticks, std::uint32_t repeat
     double least = std::numeric_limits<double>::infinity();
     StepResult step;
     for (std::uint32_t r = 0; r < repeats; ++r) {
-      session.core().reset();
+      session.reset();
       least = std::min(least, time_core(i, step));
     }
     times.push_back(least);
@@ -95,14 +95,14 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
     pairs.emplace_back(session.view(), k);
   const auto time_core = [&](std::size_t i, StepResult& step) {
     const StepInput input = input_of(motion[i], i, goal);
-    return clock.ns_of([&] { step = session.core().step(input); });
+    return clock.ns_of([&] { step = session.step(input); });
   };
   measure_stale(session, motion.size(), repeats, time_core, result);
   std::vector<double> core, contact, free, exhaustive, noise;
   std::vector<std::vector<double>> repeated(repeats, std::vector<double>(motion.size()));
   result.ticks.resize(motion.size());
   for (std::uint32_t r = 0; r < repeats; ++r) {
-    session.core().reset();
+    session.reset();
     for (std::size_t i = 0; i < motion.size(); ++i) {
       StepResult step;
       repeated[r][i] = time_core(i, step);
@@ -114,9 +114,9 @@ WcetResult measure(CoreSession& session, std::span<const MotionSample> motion,
     }
   }
   raise_peaks(session.core().peaks(), result.peaks);
-  session.core().reset();
+  session.reset();
   for (std::size_t i = 0; i < motion.size(); ++i) {
-    const StepResult step = session.core().step(input_of(motion[i], i, GoalContact::kAsked));
+    const StepResult step = session.step(input_of(motion[i], i, GoalContact::kAsked));
     result.ticks[i].d_near_m = static_cast<double>(step.d_near_m);
   }
   raise_peaks(session.core().peaks(), result.peaks);

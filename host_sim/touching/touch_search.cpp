@@ -84,7 +84,7 @@ TouchVerdict touch_at(CoreSession& session, const Pose& pose_wa) {
   StepInput input;
   input.pose_wa = pose_wa;
   if (session.view().parameters().law != LawId::kProxy) {
-    const auto d_near_m = static_cast<double>(session.core().step(input).d_near_m);
+    const auto d_near_m = static_cast<double>(session.step(input).d_near_m);
     return {d_near_m <= 0, true, d_near_m, 0, 0};
   }
   const Vec3 grip_a = grip_in_part(session.view());
@@ -92,7 +92,7 @@ TouchVerdict touch_at(CoreSession& session, const Pose& pose_wa) {
   TickRecord tick;
   std::uint32_t why_not = 0;
   for (int k = 0, still = 0; k < kMostTicks && still < kWaitingTicks; ++k) {
-    tick = record_of(0, 0, session.core().step(input), LawId::kProxy, grip_a);
+    tick = record_of(0, 0, session.step(input), LawId::kProxy, grip_a);
     why_not |= tools::why_not(judged_tick(tick));
     if (tick.apart_m <= kFollowed_m) return {false, true, tick.proxy_gap_m, tick.apart_m, 0};
     still = tick.apart_m < least_m - kStill_m ? 0 : still + 1;
@@ -110,7 +110,7 @@ WayToTouch way_to_touch(CoreSession& session, const HeldPart& held, const Vector
   const double reach = std::min(reach_along(session.view(), held, along_w), most_m);
   const double step_m = touch_step_m(held);
   WayToTouch way;
-  session.core().reset();
+  session.reset();
   int held_back = 0;
   double free_m = 0, apart_m = 0;
   for (double s = 0; s <= reach && !way.length_m && !way.held_back;) {
@@ -133,7 +133,7 @@ WayToTouch way_to_touch(CoreSession& session, const HeldPart& held, const Vector
     const double beyond_m = *way.length_m - free_m;
     if (beyond_m <= exact_m || apart_m <= exact_m) break;
     const double at_m = apart_m < beyond_m ? *way.length_m - apart_m : free_m + 0.5 * beyond_m;
-    session.core().reset();
+    session.reset();
     if (!touch_at(session, held.mesh_pose(free_m * along_w)).arrives) break;
     const TouchVerdict verdict = touch_at(session, held.mesh_pose(at_m * along_w));
     if (verdict.touches) {
@@ -143,7 +143,7 @@ WayToTouch way_to_touch(CoreSession& session, const HeldPart& held, const Vector
       free_m = at_m;
     }
   }
-  session.core().reset();
+  session.reset();
   return way;
 }
 

@@ -12,9 +12,9 @@ std::vector<tools::RecordedTick> record_motion(CoreSession& session,
                                                std::span<const MotionSample> motion) {
   std::vector<tools::RecordedTick> ticks;
   ticks.reserve(motion.size());
-  session.core().reset();
+  session.reset();
   for (std::size_t k = 0; k < motion.size(); ++k) {
-    const StepResult result = session.core().step(input_of(motion[k], k));
+    const StepResult result = session.step(input_of(motion[k], k));
     ticks.push_back(recorded_tick(motion[k], k, result.state_hash));
   }
   return ticks;
