@@ -17,6 +17,7 @@ RtStatus Hands::open_law(const PartScenes& parts, std::span<std::byte> memory) n
   RtStatus status = RtStatus::kOk;
   for (std::uint32_t k = 0; k < kMostHands && status == RtStatus::kOk; ++k)
     status = PartHand::open_driven(parts, k, hands_[k].sides_[0], scenes.of[k], meets);
+  if (status == RtStatus::kOk) status = hands_[0].open_movers(parts, scenes);
   for (std::uint32_t a = 0; a < kMostHands && status == RtStatus::kOk; ++a) {
     const std::span<const std::byte> scene = parts.pair_scene(a, 1 - a);
     if (scene.empty()) continue;
@@ -71,7 +72,7 @@ Pose Hands::felt_wa(std::uint32_t number) const noexcept {
   const PartHand& hand = hands_[number];
   if (motion_ == nullptr) return hand.felt_wa_;
   const SharedMotion& told = motion_->of_hand(number);
-  if (!told.started) return pose_of(hand.places()[number]);
+  if (!motion_->has_begun()) return pose_of(hand.places()[number]);
   return {told.pose.x0_w - told.pose.r_wa * hand.grip_a(), told.pose.q_wa};
 }
 

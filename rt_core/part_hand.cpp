@@ -60,13 +60,42 @@ RtStatus PartHand::open_driven(const PartScenes& parts, std::uint32_t part, Side
   return RtStatus::kOk;
 }
 
+/// Each loose part with all that stands, with the parts that are held, and the movers with each
+/// other.
+RtStatus PartHand::open_movers(const PartScenes& parts, JointScenes& scenes) noexcept {
+  std::size_t next = 0;
+  RtStatus status = RtStatus::kOk;
+  const auto open = [&](std::span<const std::byte> bytes, const SceneView*& scene) {
+    if (bytes.empty() || status != RtStatus::kOk) return;
+    if (next == mover_scenes_.size()) {
+      status = RtStatus::kBlobBadCount;
+      return;
+    }
+    status = SceneView::open(bytes, mover_scenes_[next]);
+    scene = &mover_scenes_[next++];
+  };
+  const std::span<const DrivenRecord> movers = parts.driven();
+  for (std::size_t k = 0; k < movers.size(); ++k) {
+    const std::uint32_t part = movers[k].part;
+    JointScenes::OfMover& of = scenes.movers[k];
+    if (movers[k].lead == Lead::kOwner) continue;
+    if (parts.meets_standing(part)) open(parts.scene_of(part), of.standing);
+    for (std::uint32_t hand = 0; hand < parts.hands(); ++hand)
+      open(parts.pair_scene(part, hand), of.with_hand[hand]);
+    for (std::size_t other = 0; other < movers.size(); ++other)
+      open(parts.pair_scene(part, movers[other].part), of.with[other]);
+  }
+  return status;
+}
+
 /// The law of the part among those of the driven ones that it may meet.
 RtStatus PartHand::open_law(std::uint32_t part, Side& side) noexcept {
   side.motion = nullptr;
   JointScenes scenes;
   bool meets = false;
   RtStatus status = open_driven(*parts_, part, side, scenes.of[0], meets);
-  if (status != RtStatus::kOk || !meets) return status;
+  if (status == RtStatus::kOk) status = open_movers(*parts_, scenes);
+  if (status != RtStatus::kOk || !(meets || parts_->has_loose())) return status;
   status = JointMotion::create(side.room.law, scenes, *driven_, side.motion);
   if (status == RtStatus::kOk) side.core->join(&side.motion->of_hand(0));
   return status;
@@ -149,18 +178,31 @@ RtStatus PartHand::prepare(std::uint32_t part) noexcept {
 }
 
 void PartHand::release() noexcept {
-  if (is_of_two()) return;
+  if (parts_ != nullptr && parts_->holds_throughout()) return;
   Phase holding = Phase::kHolding;
   static_cast<void>(phase_.compare_exchange_strong(holding, Phase::kLettingGo));
 }
 
-void PartHand::reset() noexcept {
+void PartHand::reset(bool keeps_pull) noexcept {
   const Phase phase = this->phase();
   if (phase == Phase::kEmpty || phase == Phase::kPrepared) return;
   core().reset();
   // A reset drops the offset by which the hand leads it from where it was taken.
   begins_ = from_place_ || phase == Phase::kLettingGo;
-  if (begins_) core().begin_at(was_taken_ ? felt_wa_ : pose_of(places_[part()]));
+  if (begins_) core().begin_at(is_of_two() ? held_wa(keeps_pull) : begun_wa());
+}
+
+/// Where a part that was taken begins again.
+Pose PartHand::begun_wa() const noexcept {
+  return was_taken_ ? felt_wa_ : pose_of(places_[part()]);
+}
+
+/// The part of one of two hands, whose law goes on: where its hand leads it, or where it is.
+Pose PartHand::held_wa(bool leads) const noexcept {
+  const JointMotion& motion = *sides_[0].motion;
+  if (!motion.has_begun()) return pose_of(places_[part()]);
+  const GripPose& grip = leads ? motion.goal(number_) : motion.of_hand(number_).pose;
+  return {grip.x0_w - grip.r_wa * grip_a(), grip.q_wa};
 }
 
 Vec3 PartHand::grip_a() const noexcept { return grip_of(scene()); }

@@ -56,10 +56,12 @@ class PartHand {
   /// one is by its, on from where it was taken.
   [[nodiscard]] StepResult step(const StepInput& input) noexcept;
   /// Forgets all contact history. A part that was taken, or is being let go, stays where it is
-  /// felt; the first part, as long as it has not been let go, begins where the device leads it.
-  void reset() noexcept;
+  /// felt; the first part, as long as it has not been let go, begins where the device leads it. The
+  /// part of one of two hands stays where it is: with `keeps_pull` it is held there as it was, so
+  /// that the other hand feels no change; else its pull is dropped too.
+  void reset(bool keeps_pull = false) noexcept;
   /// Lets go: the wrench fades by the ramp of the clutch, and the part stays. Without effect where
-  /// the hand holds nothing, and for one of two hands.
+  /// the hand holds nothing, and where parts are held throughout (PartScenes).
   void release() noexcept;
 
   /// Makes ready that the next step takes `part`. Only while the hand holds nothing.
@@ -113,6 +115,8 @@ class PartHand {
   [[nodiscard]] RtStatus place(std::uint32_t part, Side& side) noexcept;
   [[nodiscard]] RtStatus open(std::uint32_t part, Side& side) noexcept;
   [[nodiscard]] RtStatus open_law(std::uint32_t part, Side& side) noexcept;
+  /// The scenes of the movers among themselves, of one hand or two.
+  [[nodiscard]] RtStatus open_movers(const PartScenes& parts, JointScenes& scenes) noexcept;
   [[nodiscard]] static RtStatus open_driven(const PartScenes& parts, std::uint32_t part, Side& side,
                                             JointScenes::OfHand& of, bool& meets) noexcept;
   [[nodiscard]] static bool is_same_part(const SceneView& one, const SceneView& other) noexcept;
@@ -121,12 +125,15 @@ class PartHand {
   [[nodiscard]] StepResult leave(StepResult result) noexcept;
   [[nodiscard]] StepResult step_core(const StepInput& input) noexcept;
   void take_given() noexcept;
+  [[nodiscard]] Pose begun_wa() const noexcept;
+  [[nodiscard]] Pose held_wa(bool leads) const noexcept;
   [[nodiscard]] StepInput led(const StepInput& input) const noexcept;
   [[nodiscard]] StepResult empty_step(const StepInput& input) noexcept;
   void put_down(const StepResult& last) noexcept;
 
   const PartScenes* parts_ = nullptr;
   std::array<Side, 2> sides_;
+  std::array<SceneView, kMostBodyPairs> mover_scenes_;
   std::array<PartPlace, kMostParts> places_;
   DrivenParts own_driven_;
   DrivenParts* driven_ = &own_driven_;  ///< of both hands where there are two

@@ -61,6 +61,13 @@ std::vector<DriveStream> read_drives(const std::vector<std::string>& arguments) 
 std::string driven_text(const std::vector<DrivenAccount>& driven) {
   std::string text;
   for (const DrivenAccount& part : driven) {
+    if (part.is_loose) {
+      text += tools::formatted(
+          "  loose            %s: ends %.4g mm from its start; touched for %.3g s "
+          "by at most %.4g N\n",
+          part.part.c_str(), 1e3 * part.moved_m, part.touched_s, part.largest_push_n);
+      continue;
+    }
     text += tools::formatted("  driven           %s: %llu poses; ", part.part.c_str(),
                              static_cast<unsigned long long>(part.poses));
     text += tools::formatted("touched for %.3g s by at most %.4g N; ", part.touched_s,
@@ -87,6 +94,7 @@ nlohmann::ordered_json driven_json(const std::vector<DrivenAccount>& driven) {
                     {"lost_s", part.lost_s},
                     {"lost_from_s", part.lost_from_s},
                     {"released_s", part.released_s}});
+    if (part.is_loose) list.back()["loose_moved_m"] = part.moved_m;
   }
   return list;
 }
@@ -109,11 +117,15 @@ DriveRun::DriveRun(CoreSession& session, std::vector<DriveStream> streams) : ses
   records_.resize(driven.size());
   std::string names;
   for (const DrivenRecord& record : driven) {
-    accounts_.push_back({std::string(parts->name(record.part)), 0, 0, 0, 0, 0, 0, 0, 0, 0});
-    names += (names.empty() ? "" : ", ") + accounts_.back().part;
+    DrivenAccount& account = accounts_.emplace_back();
+    account.part = parts->name(record.part);
+    account.is_loose = record.lead != Lead::kOwner;
+    if (!account.is_loose) names += (names.empty() ? "" : ", ") + account.part;
   }
   for (DriveStream& stream : streams) {
-    const auto named = [&](const DrivenAccount& account) { return account.part == stream.part; };
+    const auto named = [&](const DrivenAccount& account) {
+      return account.part == stream.part && !account.is_loose;
+    };
     const auto found = std::ranges::find_if(accounts_, named);
     if (found == accounts_.end())
       throw tools::InputError("--drive " + stream.part +
@@ -143,15 +155,16 @@ std::span<const FrameRecord> DriveRun::at(double t_s) {
 DrivenInput DriveRun::input(double t_s) { return {at(t_s), stamp_ns(t_s), is_felt_}; }
 
 void DriveRun::before_tick(double t_s) {
-  if (!records_.empty()) session_.hand()->follow(input(t_s));
+  if (!records_.empty()) session_.hands()->follow(input(t_s));
 }
 
-void DriveRun::after_tick(const tools::TickRecord& tick) {
+void DriveRun::after_tick(const tools::TickRecord& tick, const StepResult* second) {
   if (records_.empty()) return;
   const double t_s = tick.t_s;
   const auto is_not_zero = [](double x) { return x != 0; };
   is_felt_ = std::ranges::any_of(tick.force_n, is_not_zero) ||
-             std::ranges::any_of(tick.torque_nm, is_not_zero);
+             std::ranges::any_of(tick.torque_nm, is_not_zero) ||
+             (second != nullptr && !second->wrench_w.force_w.isZero(0));
   given_j_ = session_.hand()->given_j();
   const double passed_s = has_last_ ? t_s - last_s_ : 0;
   last_s_ = t_s;
@@ -172,6 +185,10 @@ void DriveRun::after_tick(const tools::TickRecord& tick) {
       if (account.lost_s == 0) account.lost_from_s = t_s;
       account.lost_s += passed_s;
       if (state.touches()) account.released_s += passed_s;
+    }
+    if (account.is_loose) {
+      const PartPlace start = session_.parts()->start_of(session_.parts()->driven()[k].part);
+      account.moved_m = static_cast<double>((state.felt_wa.p_wa - pose_of(start).p_wa).norm());
     }
     append_number(csv_, t_s);
     csv_ += ',' + account.part;

@@ -34,7 +34,7 @@ inline constexpr const char* kDriveHelp =
     "PART=MOTION: an owner gives a driven part the poses of a motion (TOML, at its rate; CSV, at "
     "their times); may be given for several parts";
 
-/// A driven part in a whole run.
+/// A driven part in a whole run, or a loose one, whose anchor it lags behind.
 struct DrivenAccount {
   std::string part;
   std::uint64_t poses = 0;  ///< that were given
@@ -45,6 +45,8 @@ struct DrivenAccount {
   double lost_s = 0;          ///< so long was its stream lost
   double lost_from_s = 0;     ///< since when, the first time
   double released_s = 0;      ///< so long was it a cause to release the hand
+  bool is_loose = false;
+  double moved_m = 0;  ///< where a loose part ends, from its start
 };
 
 /// A line for each.
@@ -64,7 +66,8 @@ class DriveRun {
   [[nodiscard]] DrivenInput input(double t_s);
   /// The same, given to the hand: where nothing else does that.
   void before_tick(double t_s);
-  void after_tick(const tools::TickRecord& tick);
+  /// `second`: of a second hand; null: there is none.
+  void after_tick(const tools::TickRecord& tick, const StepResult* second = nullptr);
   /// Energy of the hand's spring from driven parts so far, less what it gave them: not made by the
   /// rendering.
   [[nodiscard]] double given_j() const { return given_j_; }

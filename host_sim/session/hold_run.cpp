@@ -36,10 +36,10 @@ HoldRun::HoldRun(CoreSession& session, std::vector<HoldCommand> commands)
     throw tools::InputError(
         "the script holds and lets go, and the scene has one moving part; "
         "compile it with [[part]] tables");
-  if (session_.parts()->hands() > 1)
+  if (session_.parts()->holds_throughout())
     throw tools::InputError(
-        "the script holds and lets go, and in a scene with role \"hand2\" both hands hold their "
-        "parts all the time; leave the holds out");
+        "the script holds and lets go, and in a scene with role \"hand2\" or \"loose\" hands hold "
+        "their parts all the time; leave the holds out");
   for (const HoldCommand& command : commands_)
     if (!command.part.empty()) static_cast<void>(number_of(command.part));
 }

@@ -23,7 +23,7 @@ std::span<const FrameRecord> OtherMotion::poses_before_tick(double t_s) {
 
 void OtherMotion::after_tick(const tools::TickRecord& tick, const StepResult* second) {
   holds_.after_tick(tick);
-  drives_.after_tick(tick);
+  drives_.after_tick(tick, second);
   if (tape_ && session_.hand() != nullptr) tape_->take(session_.hand()->driven(), second);
   given_j_.push_back(drives_.given_j());
 }

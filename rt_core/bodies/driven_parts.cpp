@@ -57,6 +57,7 @@ std::uint32_t DrivenParts::follow(const DrivenInput& input) noexcept {
   last_ns_ = input.now_ns;
   std::uint32_t released = 0;
   for (std::uint32_t k = 0; k < count(); ++k) {
+    if (records_[k].lead != Lead::kOwner) continue;
     DrivenState& state = states_[k];
     MovingFrame& frame = frames_[k];
     const FrameRecord given = k < input.newest.size() ? input.newest[k] : FrameRecord{};
@@ -88,7 +89,12 @@ GripPose DrivenParts::felt(std::uint32_t k) const noexcept {
 }
 
 GripPose DrivenParts::goal(std::uint32_t k) const noexcept {
-  const GripPose goal = grip_of(k, states_[k].commanded_wa);
+  GripPose goal = grip_of(k, states_[k].commanded_wa);
+  const DrivenRecord& record = records_[k];
+  // In a tick, which is late_s long.
+  if (record.lead == Lead::kWeight)
+    goal.x0_w.z() -= static_cast<Real>(record.fastest_m_per_s * record.late_s);
+  if (record.lead != Lead::kOwner) return goal;
   const GripPose from = felt(k);
   const PoseError error = pose_error(goal, from);
   const Real far_m = size(error.translation_m), turn_rad = size(error.rotation_rad);
@@ -114,7 +120,24 @@ void DrivenParts::take(std::uint32_t k, const GripPose& felt, const Wrench& push
   reach_[k] = Reach();
 }
 
+void DrivenParts::give_way(std::uint32_t k, Real most_m, Real most_rad) noexcept {
+  DrivenState& state = states_[k];
+  if (records_[k].lead == Lead::kOwner) return;
+  const bool sinks = records_[k].lead == Lead::kWeight;
+  const GripPose at = felt(k);
+  const PoseError error = pose_error(grip_of(k, state.commanded_wa), at);
+  const Real far_m = size(error.translation_m), turn_rad = size(error.rotation_rad);
+  if (!sinks && far_m <= most_m && turn_rad <= most_rad) return;
+  const auto kept = [&](Real whole, Real most) {
+    return sinks ? Real{0} : whole > most ? most / whole : Real{1};
+  };
+  const GripPose anchor = moved(at, kept(far_m, most_m) * error.translation_m,
+                                kept(turn_rad, most_rad) * error.rotation_rad);
+  state.commanded_wa = {anchor.x0_w - anchor.r_wa * middle_of(records_[k]), anchor.q_wa};
+}
+
 void DrivenParts::pass(std::uint32_t k) noexcept {
+  if (records_[k].lead != Lead::kOwner) return;
   DrivenState& state = states_[k];
   state.felt_wa = state.commanded_wa;
   state.lag_m = state.lag_rad = 0;

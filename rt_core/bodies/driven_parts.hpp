@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The parts that their owner moves, from tick to tick: a robot's fixture, a conveyor, a body of
-/// another simulator. Each follows its stream of poses (safety/moving_frame.hpp) and is felt there,
-/// or behind that: where something holds it, and on its way where it was put elsewhere at once. It
-/// goes nowhere faster than stated while a part is held.
+/// The parts that move beside those that are held, from tick to tick. One that its owner moves, a
+/// robot's fixture, a conveyor, a body of another simulator, follows its stream of poses
+/// (safety/moving_frame.hpp) and is felt there, or behind that: where something holds it, and on
+/// its way where it was put elsewhere at once. It goes nowhere faster than stated while a part is
+/// held. A loose one has an anchor, which gives way beyond the force that it holds; or it sinks by
+/// its weight until something holds it. It has no inertia.
 
 #include <array>
 #include <cstdint>
@@ -32,7 +34,7 @@ struct DrivenInput {
 
 /// A driven part after a tick, in the frame of the fixed parts.
 struct DrivenState {
-  Pose commanded_wa;             ///< of its mesh frame, where its owner has it now
+  Pose commanded_wa;             ///< of its mesh frame, where its owner or its anchor has it now
   Pose felt_wa;                  ///< where it is
   Real lag_m = 0, lag_rad = 0;   ///< between the two, at its middle
   Wrench pushed_w;               ///< by what it touches, about its mesh frame's origin, W axes
@@ -67,6 +69,8 @@ class DrivenParts {
   /// It was moved to `felt`, where what it touches exerts `pushed_w` about its middle.
   void take(std::uint32_t k, const GripPose& felt, const Wrench& pushed_w,
             std::uint32_t touched_by) noexcept;
+  /// Beyond these the anchor of a loose part follows it, after take(). Others have none.
+  void give_way(std::uint32_t k, Real most_m, Real most_rad) noexcept;
   /// Nothing that moves meets it: it is where its owner has it.
   void pass(std::uint32_t k) noexcept;
 

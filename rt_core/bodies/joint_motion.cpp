@@ -11,6 +11,8 @@
 namespace haptic {
 namespace {
 
+/// In place of the number of a body: the mover is none.
+constexpr std::uint32_t kNoBody = kStanding - 1;
 /// The radius at which a turn of a driven part counts like a displacement, in radii of it.
 constexpr Real kTurnShare = 0.5_r;
 
@@ -27,6 +29,8 @@ Spring driven_spring(const Spring& hand, const DrivenRecord& record) noexcept {
   spring.k_t_n_per_m = static_cast<Real>(record.ratio) * hand.k_t_n_per_m;
   spring.length_m = kTurnShare * static_cast<Real>(record.radius_m);
   spring.k_r_nm_per_rad = spring.k_t_n_per_m * spring.length_m * spring.length_m;
+  // An anchor gives way instead, and a weight is no more than it is.
+  if (record.lead != Lead::kOwner) return spring;
   spring.soft_translation_m = static_cast<Real>(record.push_n) / spring.k_t_n_per_m;
   spring.soft_rotation_rad = spring.soft_translation_m / spring.length_m;
   return spring;
@@ -42,11 +46,18 @@ std::uint32_t times(std::uint32_t one, std::uint32_t many) noexcept {
 
 }  // namespace
 
-/// A hand's part may meet it.
-bool JointMotion::meets(const JointScenes& scenes, std::uint32_t driven) noexcept {
-  const auto of = std::span(scenes.of).first(scenes.hands);
-  return std::any_of(of.begin(), of.end(),
-                     [&](const JointScenes::OfHand& hand) { return hand.with[driven] != nullptr; });
+/// Another part that moves may meet it, or it is loose.
+bool JointMotion::meets(const JointScenes& scenes, std::uint32_t mover) noexcept {
+  const JointScenes::OfMover& own = scenes.movers[mover];
+  const auto is_there = [](const SceneView* scene) { return scene != nullptr; };
+  bool meets = own.standing != nullptr ||
+               std::any_of(own.with_hand.begin(), own.with_hand.end(), is_there) ||
+               std::any_of(own.with.begin(), own.with.end(), is_there);
+  for (std::uint32_t hand = 0; hand < scenes.hands; ++hand)
+    meets = meets || scenes.of[hand].with[mover] != nullptr;
+  for (const JointScenes::OfMover& other : scenes.movers)
+    meets = meets || other.with[mover] != nullptr;
+  return meets;
 }
 
 std::uint32_t JointMotion::body_count(const JointScenes& scenes) noexcept {
@@ -55,24 +66,42 @@ std::uint32_t JointMotion::body_count(const JointScenes& scenes) noexcept {
   return std::min(count, kMostMovingBodies);
 }
 
-/// The hands' parts are the first bodies, and the driven parts that one of them may meet the next.
-/// First each hand's part with all that stands there, then with each other, then with what is
-/// driven.
+/// The pairs in which a mover is A.
+void JointMotion::list_mover(const JointScenes& scenes, std::uint32_t mover,
+                             const std::array<std::uint32_t, kMostDriven>& bodies, Pairs& pairs,
+                             std::uint32_t& count) noexcept {
+  const JointScenes::OfMover& own = scenes.movers[mover];
+  const auto add = [&](std::uint32_t b, const SceneView* scene) {
+    if (scene != nullptr && b != kNoBody && count < pairs.size())
+      pairs[count++] = {bodies[mover], b, scene};
+  };
+  add(kStanding, own.standing);
+  for (std::uint32_t hand = 0; hand < scenes.hands; ++hand) add(hand, own.with_hand[hand]);
+  for (std::uint32_t other = 0; other < kMostDriven; ++other) add(bodies[other], own.with[other]);
+}
+
+/// The hands' parts are the first bodies, and the movers that may meet one of them, or that are
+/// loose, the next. First each hand's part with all that stands there, then with each other, then
+/// with the movers, and these with what they may meet.
 std::uint32_t JointMotion::list_pairs(const JointScenes& scenes, Pairs& pairs) noexcept {
   std::uint32_t count = 0;
   for (std::uint32_t hand = 0; hand < scenes.hands; ++hand)
     if (scenes.of[hand].meets_standing) pairs[count++] = {hand, kStanding, scenes.of[hand].held};
   const std::uint32_t a = scenes.between_a;
   if (scenes.between != nullptr) pairs[count++] = {a, 1 - a, scenes.between};
-  std::uint32_t body = scenes.hands;
+  std::uint32_t next = scenes.hands;
+  std::array<std::uint32_t, kMostDriven> bodies;
+  bodies.fill(kNoBody);
   for (std::uint32_t k = 0; k < kMostDriven; ++k) {
-    if (!meets(scenes, k) || body == kMostMovingBodies) continue;
+    if (!meets(scenes, k) || next == kMostMovingBodies) continue;
+    bodies[k] = next++;
     for (std::uint32_t hand = 0; hand < scenes.hands; ++hand) {
       const SceneView* const with = scenes.of[hand].with[k];
-      if (with != nullptr) pairs[count++] = {hand, body, with};
+      if (with != nullptr) pairs[count++] = {hand, bodies[k], with};
     }
-    ++body;
   }
+  for (std::uint32_t k = 0; k < kMostDriven; ++k)
+    if (bodies[k] != kNoBody) list_mover(scenes, k, bodies, pairs, count);
   return count;
 }
 
@@ -125,7 +154,7 @@ void JointMotion::configure(const JointScenes& scenes) noexcept {
   law_.configure(parameters, std::span(pairs).first(count),
                  std::span(bodies).first(hands_ + met_count_));
   for (BodyPair& pair : law_.pairs())
-    if (!pair.has_b()) told_[pair.a()].over_standing = &pair.proxy();
+    if (!pair.has_b() && pair.a() < hands_) told_[pair.a()].over_standing = &pair.proxy();
 }
 
 SceneCapacity JointMotion::bounds_of(const JointScenes& scenes) noexcept {
@@ -202,16 +231,30 @@ void JointMotion::feel(std::uint32_t hand) noexcept {
   }
 }
 
-/// Where a driven part has come to, and with what on it.
+/// The hand, as a bit, whose part a pair has beside `body`; 0: none.
+std::uint32_t JointMotion::hands_in(const BodyPair& pair, std::uint32_t body) const noexcept {
+  if (!pair.has_b()) return 0;
+  if (pair.b() == body && pair.a() < hands_) return 1u << pair.a();
+  return pair.a() == body && pair.b() < hands_ ? 1u << pair.b() : 0;
+}
+
+/// Where a mover has come to, and with what on it.
 void JointMotion::lead_back(std::uint32_t body) noexcept {
   const std::uint32_t k = met_[body - hands_];
   std::uint32_t touched_by = 0;
   for (const BodyPair& pair : law_.pairs())
-    if (pair.b() == body && pair.felt().plane_count > 0) touched_by |= 1u << pair.a();
+    if (pair.felt().plane_count > 0) touched_by |= hands_in(pair, body);
   const Wrench pushed_w = law_.contact_w(body);
   parts_->take(k, law_.pose(body), pushed_w, touched_by);
-  const Real stretch_m = norm_of(pushed_w.force_w) / static_cast<Real>(parts_->record(k).ratio) /
-                         held_spring_[0].k_t_n_per_m;
+  const DrivenRecord& record = parts_->record(k);
+  const Real k_n_per_m = static_cast<Real>(record.ratio) * held_spring_[0].k_t_n_per_m;
+  if (record.lead != Lead::kOwner) {
+    const Real most_m = static_cast<Real>(record.push_n) / k_n_per_m;
+    const Real length_m = kTurnShare * static_cast<Real>(record.radius_m);
+    parts_->give_way(k, most_m, most_m / length_m);
+    return;
+  }
+  const Real stretch_m = norm_of(pushed_w.force_w) / k_n_per_m;
   if (parts_->states()[k].lag_m > std::max(behind_m_, kBehindForces * stretch_m))
     for (SharedMotion& hand : told_) hand.flags |= kFlagDrivenBehind;
 }
@@ -223,16 +266,25 @@ void JointMotion::lead_back() noexcept {
     if (std::find(met.begin(), met.end(), k) == met.end()) parts_->pass(k);
 }
 
-/// One hand's part that begins is at its goal. Of two it is at its goal at first, and after that
-/// begins where it is; as all others do.
+/// The part of one hand that begins is at its goal. Those of two are there at first; after that the
+/// law goes on, for a hand that begins again is no reason that the other feels anything.
 void JointMotion::begin() noexcept {
+  for (SharedMotion& hand : told_) hand.started = true;
+  if (has_begun_ && hands_ > 1) return;
   std::array<GripPose, kMostMovingBodies> poses;
-  for (std::uint32_t hand = 0; hand < hands_; ++hand)
-    poses[hand] = has_begun_ && hands_ > 1 ? law_.pose(hand) : goals_[hand];
+  std::copy_n(goals_.begin(), hands_, poses.begin());
   for (std::uint32_t j = 0; j < met_count_; ++j) poses[hands_ + j] = parts_->felt(met_[j]);
   law_.begin(std::span(poses).first(hands_ + met_count_));
-  for (SharedMotion& hand : told_) hand.started = true;
   has_begun_ = true;
+}
+
+/// A hand's part is in another, and comes out.
+bool JointMotion::is_inside(std::uint32_t hand) const noexcept {
+  const std::span<const BodyPair> pairs = law_.pairs();
+  return std::any_of(pairs.begin(), pairs.end(), [&](const BodyPair& pair) {
+    const bool has_hand = pair.a() == hand || (pair.has_b() && pair.b() == hand);
+    return has_hand && pair.is_recovering();
+  });
 }
 
 /// Where the last tick has left a hand's part.
@@ -250,7 +302,7 @@ void JointMotion::tell(std::uint32_t hand, const BodiesTick& moved, const GripPo
   of.told.spent = moved.spent;
   of.told.moved = moved.moved;
   of.told.limited = moved.limited;
-  of.told.recovering = moved.recovering;
+  of.told.recovering = moved.recovering && is_inside(hand);
   of.told.work = moved.work;
   of.given_j += static_cast<double>(law_.given_j(hand));
   of.held_m = norm_of(law_.contact_w(hand).force_w) / held_spring_[hand].k_t_n_per_m;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The parts in the hands, and those that their owner moves: the law of several bodies, as the
-/// cores of the hands ask for it. What is driven is led by a spring many times as stiff as a
+/// The parts in the hands, those that their owner moves, and loose ones: the law of several bodies,
+/// as the cores of the hands ask for it. What is driven is led by a spring many times as stiff as a
 /// hand's: it pushes what is held and does not yield, but stays behind where it would go through
-/// it. Two hands that meet push each other: what one feels of that is minus what the other does.
+/// it. What is loose yields to all of these. Two hands that meet push each other: what one feels of
+/// that is minus what the other does.
 
 #include <array>
 #include <cstddef>
@@ -28,7 +29,14 @@ struct JointScenes {
     bool meets_standing = true;                        ///< false: what stands there moves too
     std::array<const SceneView*, kMostDriven> with{};  ///< by driven part; null: they never meet
   };
+  /// A part that moves beside those that are held: scenes in which it is the moving body.
+  struct OfMover {
+    const SceneView* standing = nullptr;  ///< of a loose part: with all that stands
+    std::array<const SceneView*, kMostHands> with_hand{};  ///< by hand, whose part stands there
+    std::array<const SceneView*, kMostDriven> with{};      ///< by mover, which stands there
+  };
   std::array<OfHand, kMostHands> of;
+  std::array<OfMover, kMostDriven> movers;
   std::uint32_t hands = 1;
   /// The scene of the two parts that are held, of which `between_a` moves; null: they never meet.
   const SceneView* between = nullptr;
@@ -53,6 +61,9 @@ class JointMotion {
 
   /// Where a hand leads its part, from the next tick on. Each must have been led once before it.
   void lead(std::uint32_t hand, const GripPose& goal) noexcept { goals_[hand] = goal; }
+  [[nodiscard]] const GripPose& goal(std::uint32_t hand) const noexcept { return goals_[hand]; }
+  /// There was a tick.
+  [[nodiscard]] bool has_begun() const noexcept { return has_begun_; }
   /// Moves all of them towards their goals. Cost: within bounds().
   void tick() noexcept;
 
@@ -70,16 +81,21 @@ class JointMotion {
   using Pairs = std::array<BodyPairScene, kMostBodyPairs>;
 
   explicit JointMotion(DrivenParts& parts) noexcept : parts_(&parts) {}
-  [[nodiscard]] static bool meets(const JointScenes& scenes, std::uint32_t driven) noexcept;
+  [[nodiscard]] static bool meets(const JointScenes& scenes, std::uint32_t mover) noexcept;
   [[nodiscard]] static std::uint32_t body_count(const JointScenes& scenes) noexcept;
   [[nodiscard]] static std::uint32_t list_pairs(const JointScenes& scenes, Pairs& pairs) noexcept;
+  static void list_mover(const JointScenes& scenes, std::uint32_t mover,
+                         const std::array<std::uint32_t, kMostDriven>& bodies, Pairs& pairs,
+                         std::uint32_t& count) noexcept;
   void place(Arena& arena, const JointScenes& scenes) noexcept;
   void configure(const JointScenes& scenes) noexcept;
   void begin() noexcept;
   void tell(std::uint32_t hand, const BodiesTick& moved, const GripPose& goal) noexcept;
+  [[nodiscard]] bool is_inside(std::uint32_t hand) const noexcept;
   void feel(std::uint32_t hand) noexcept;
   void lead_back() noexcept;
   void lead_back(std::uint32_t body) noexcept;
+  [[nodiscard]] std::uint32_t hands_in(const BodyPair& pair, std::uint32_t body) const noexcept;
 
   BodyLaw law_;
   DrivenParts* parts_;

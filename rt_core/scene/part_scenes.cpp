@@ -81,15 +81,23 @@ std::span<const std::byte> PartScenes::pair_scene(std::uint32_t a, std::uint32_t
   return {};
 }
 
-/// It is driven, or one of those that two hands hold.
+/// It is driven, loose, or one of those that two hands hold.
 bool PartScenes::moves_beside(std::uint32_t part) const noexcept {
-  return parts_[part].role == PartRole::kDriven || (hands() > 1 && part < hands());
+  const PartRole role = parts_[part].role;
+  return role == PartRole::kDriven || role == PartRole::kLoose || (hands() > 1 && part < hands());
+}
+
+bool PartScenes::has_loose() const noexcept {
+  return std::any_of(parts_.begin(), parts_.end(),
+                     [](const PartRecord& part) { return part.role == PartRole::kLoose; });
 }
 
 bool PartScenes::meets_standing(std::uint32_t part) const noexcept {
   const std::span<const std::uint32_t> others = others_of(part);
-  return std::none_of(others.begin(), others.end(),
-                      [&](std::uint32_t other) { return moves_beside(other); });
+  const bool is_loose = parts_[part].role == PartRole::kLoose;
+  return std::none_of(others.begin(), others.end(), [&](std::uint32_t other) {
+    return moves_beside(other) || (is_loose && other < hands());
+  });
 }
 
 bool PartScenes::holds_bytes(std::uint64_t begin, std::uint64_t bytes) const noexcept {
@@ -102,19 +110,23 @@ RtStatus PartScenes::check_driven() const noexcept {
   const auto is_positive = [](double x) { return x > 0 && x < HUGE_VAL; };
   std::uint32_t next = 0;
   for (const DrivenRecord& driven : driven_) {
-    if (driven.part < next || driven.part >= count() ||
-        parts_[driven.part].role != PartRole::kDriven) {
+    const bool is_owned = driven.lead == Lead::kOwner;
+    const bool is_known = is_owned || driven.lead == Lead::kAnchor || driven.lead == Lead::kWeight;
+    if (driven.part < next || driven.part >= count() || !is_known ||
+        parts_[driven.part].role != (is_owned ? PartRole::kDriven : PartRole::kLoose)) {
       return RtStatus::kBlobBadIndex;
     }
     next = driven.part + 1;
-    bool is_right = driven.reserved == 0 && driven.late_s <= kLatestDriven_s && driven.ratio > 1;
+    bool is_right = driven.late_s <= kLatestDriven_s && (driven.ratio > 1 || !is_owned);
     for (const double x : {driven.fastest_m_per_s, driven.fastest_rad_per_s, driven.late_s,
                            driven.push_n, driven.ratio, driven.radius_m})
       is_right = is_right && is_positive(x);
     for (const double x : driven.middle_m) is_right = is_right && check::is_coordinate(x);
     if (!is_right) return RtStatus::kBlobBadNumber;
   }
-  const auto is_driven = [](const PartRecord& part) { return part.role == PartRole::kDriven; };
+  const auto is_driven = [](const PartRecord& part) {
+    return part.role == PartRole::kDriven || part.role == PartRole::kLoose;
+  };
   if (std::cmp_not_equal(std::count_if(parts_.begin(), parts_.end(), is_driven), driven_.size()))
     return RtStatus::kBlobBadCount;
   return RtStatus::kOk;
@@ -123,9 +135,9 @@ RtStatus PartScenes::check_driven() const noexcept {
 /// Checks what it says of parts that meet while both move.
 RtStatus PartScenes::check_pairs() const noexcept {
   for (const BodyPairRecord& pair : pairs_) {
-    if (pair.a >= count() || pair.b >= count() || pair.a == pair.b || !may_be_held(pair.a) ||
-        !moves_beside(pair.b) || pair.scene_bytes == 0 ||
-        !holds_bytes(pair.scene_begin, pair.scene_bytes)) {
+    if (pair.a >= count() || pair.b >= count() || pair.a == pair.b ||
+        parts_[pair.a].scene_bytes == 0 || !(moves_beside(pair.b) || pair.b < hands()) ||
+        pair.scene_bytes == 0 || !holds_bytes(pair.scene_begin, pair.scene_bytes)) {
       return RtStatus::kBlobBadIndex;
     }
     SceneView opened;
@@ -145,7 +157,9 @@ bool PartScenes::has_known_role(std::uint32_t k) const noexcept {
     case PartRole::kHand2:
       return k == 1 && is_held;
     case PartRole::kPlaced:
-      return k > 0 && hands() == 1 && is_held;
+      return k > 0 && hands() == 1 && is_held && !has_loose();
+    case PartRole::kLoose:
+      return k >= hands() && is_held;
     case PartRole::kFixed:
     case PartRole::kDriven:
       return k > 0 && !is_held;
@@ -172,8 +186,8 @@ RtStatus PartScenes::open(const SceneView& scene, PartScenes& parts) noexcept {
     const bool is_held = part.scene_bytes > 0, has_law = part.law_bytes > 0;
     if (!p.has_known_role(k) || !is_place(start_in(part))) return RtStatus::kBlobBadNumber;
     const bool moves_alone = p.driven_.empty() && p.hands() == 1;
-    if (has_law != (is_held && !moves_alone && part.role != PartRole::kHand2))
-      return RtStatus::kBlobBadNumber;
+    const bool leads_law = part.role != PartRole::kHand2 && part.role != PartRole::kLoose;
+    if (has_law != (is_held && !moves_alone && leads_law)) return RtStatus::kBlobBadNumber;
     if (!is_held) continue;
     if (!check::within(part.body_begin, part.body_count, p.bodies_.size()) ||
         !p.holds_bytes(part.scene_begin, part.scene_bytes)) {
@@ -185,6 +199,7 @@ RtStatus PartScenes::open(const SceneView& scene, PartScenes& parts) noexcept {
     const RtStatus status = SceneView::open(p.scene_of(k), held);
     if (status != RtStatus::kOk) return status;
     if (held.bodies().size() != std::size_t{part.body_count} + 1) return RtStatus::kBlobBadCount;
+    if (part.role == PartRole::kLoose) continue;
     p.most_bytes_ = std::max(p.most_bytes_, p.scene_of(k).size());
     p.most_state_bytes_ =
         std::max(p.most_state_bytes_, static_cast<std::size_t>(held.header().capacity.state_bytes));

@@ -6,6 +6,7 @@
 /// where they are. Parts that their owner moves are in none of these scenes: each makes one with
 /// each part that may be held, in which it alone stands. A scene needs a static body: where a part
 /// that may be held meets driven parts alone, these stand in its scene too, at their start.
+/// Loose parts are as driven ones, and have a scene too in which each moves and the others stand.
 ///
 /// Two hands hold part 0 and part 1 all the time. Each is in the scene of the other as a driven
 /// part is: not at all, or where nothing else stands there.
@@ -24,7 +25,7 @@ namespace haptic {
 
 /// Parts of one scene, at most.
 inline constexpr std::uint32_t kMostParts = 64;
-/// Those of them that their owner moves; with two hands one fewer.
+/// Those of them that their owner moves or that are loose; with two hands one fewer.
 inline constexpr std::uint32_t kMostDriven = 7;
 /// Hands that hold one.
 inline constexpr std::uint32_t kMostHands = 2;
@@ -33,6 +34,8 @@ inline constexpr double kLatestDriven_s = 0.5;
 /// Stiffness of the spring that leads a driven part over that of the hand's spring, as the compiler
 /// sets it.
 inline constexpr double kDrivenRatio = 1.0e4;
+/// The same of the anchor of a loose part.
+inline constexpr double kLooseRatio = 20;
 
 class PartScenes {
  public:
@@ -48,12 +51,16 @@ class PartScenes {
     return parts_[part];
   }
   [[nodiscard]] bool may_be_held(std::uint32_t part) const noexcept {
-    return parts_[part].scene_bytes > 0;
+    return parts_[part].scene_bytes > 0 && parts_[part].role != PartRole::kLoose;
   }
-  /// The hand may let go what it holds and take it: not where there are two.
+  /// The parts in the hands stay there: those of two, and among loose parts.
+  [[nodiscard]] bool holds_throughout() const noexcept { return hands() > 1 || has_loose(); }
+  /// The hand may let go what it holds and take it.
   [[nodiscard]] bool may_be_taken(std::uint32_t part) const noexcept {
-    return hands() == 1 && may_be_held(part);
+    return !holds_throughout() && may_be_held(part);
   }
+  /// A part is loose.
+  [[nodiscard]] bool has_loose() const noexcept;
   /// Hands that hold a part at the start: hand k holds part k.
   [[nodiscard]] std::uint32_t hands() const noexcept {
     return count() > 1 && parts_[1].role == PartRole::kHand2 ? 2 : std::min(count(), 1u);
@@ -65,11 +72,11 @@ class PartScenes {
   /// The parts that are the static bodies of the scene of `part`, in their order: those that move
   /// too only where it meets no other.
   [[nodiscard]] std::span<const std::uint32_t> others_of(std::uint32_t part) const noexcept;
-  /// The scene in which `part` is held, as it was compiled; empty: it may not be.
+  /// The scene in which `part` is held, or loose, as it was compiled; empty: it never is.
   [[nodiscard]] std::span<const std::byte> scene_of(std::uint32_t part) const noexcept;
   /// False: the static bodies of the scene of `part` move too, for it meets nothing else.
   [[nodiscard]] bool meets_standing(std::uint32_t part) const noexcept;
-  /// Parts that their owner moves, ascending by part.
+  /// Parts that their owner moves, and loose ones, ascending by part.
   [[nodiscard]] std::span<const DrivenRecord> driven() const noexcept { return driven_; }
   /// The scene in which part `a` moves and part `b`, which moves too, stands at its mesh frame, as
   /// it was compiled; empty: the two never meet, or B is the one that moves. Cost: O(pairs).

@@ -277,7 +277,8 @@ enum class PartRole : std::uint32_t {
   kHand = 2,    ///< held at the start: body 0 of the scene around
   kPlaced = 3,  ///< may be held, and stays where it is let go
   kDriven = 4,  ///< never held: its owner moves it, and it pushes what is held
-  kHand2 = 5    ///< held by the second hand all the time, and the first part by the first: part 1
+  kHand2 = 5,   ///< held by the second hand all the time, and the first part by the first: part 1
+  kLoose = 6    ///< never held: it stays where what moves has pushed it
 };
 
 /// A part of a scene whose parts the hand holds one after another (scene/part_scenes.hpp). Each
@@ -293,13 +294,21 @@ struct PartRecord {
   std::uint32_t body_count;   ///< static bodies of its scene: the parts that it may meet
 };
 
-/// A part that its owner moves: a robot's fixture, a conveyor, a body of another simulator.
+/// Leads a part that moves beside those that are held.
+enum class Lead : std::uint32_t {
+  kOwner = 0,   ///< its owner's poses: a robot's fixture, a conveyor, a body of another simulator
+  kAnchor = 1,  ///< of a loose part: an anchor that gives way
+  kWeight = 2   ///< of a loose part: its weight, along -z of W
+};
+
+/// A part that moves beside those that are held: its owner moves it, or it is loose.
 struct DrivenRecord {
   std::uint32_t part;  ///< its number
-  std::uint32_t reserved;
-  double fastest_m_per_s, fastest_rad_per_s;  ///< its owner moves it no faster; > 0
+  Lead lead;
+  /// Its owner moves it no faster; its weight lets it sink no faster; > 0.
+  double fastest_m_per_s, fastest_rad_per_s;
   double late_s;       ///< without a newer pose for longer it stays where it is; > 0
-  double push_n;       ///< largest force of the spring that leads it; > 0
+  double push_n;       ///< largest force of what leads it: beyond, an anchor gives way; > 0
   double ratio;        ///< stiffness of that spring over that of the hand's; > 1
   double middle_m[3];  ///< point of it that the law turns it about, in its mesh frame
   double radius_m;     ///< every vertex lies within it of that point; > 0

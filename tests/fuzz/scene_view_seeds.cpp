@@ -94,6 +94,7 @@ std::string driven_blob(const tools::Body& held, const tools::Body& driven,
   record.part = 2;
   record.fastest_m_per_s = record.fastest_rad_per_s = 1;
   record.late_s = 0.1;
+  record.lead = Lead::kOwner;
   record.push_n = 100;
   record.ratio = kDrivenRatio;
   record.radius_m = 0.1;

@@ -211,8 +211,11 @@ TEST_SUITE("host_sim.two_hands") {
     // It comes back, led by a handle that is elsewhere now: from a reset on that leads from there.
     bench.is_away[1] = false;
     bench.device[1].p_wa = {0.3_r, 0.1_r, 0.2_r};
-    bench.hands().hand(1).reset();
+    // The other hand feels nothing of that: it goes on from how it was held.
+    const double before_n = bench.force_n(0, 0);
+    bench.hands().hand(1).reset(true);
     bench.tick();
+    CHECK(bench.force_n(0, 0) == doctest::Approx(before_n).epsilon(1e-6));
     CHECK(std::abs(bench.felt_m(1, 0) - 0.045) < 1e-5);
     CHECK(std::abs(bench.felt_m(1, 1)) < 1e-5);
     CHECK(std::abs(bench.force_n(1, 0)) < 1e-6);

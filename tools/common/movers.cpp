@@ -22,6 +22,11 @@ bool open_mover_shape(const PartScenes& parts, std::uint32_t mover, SceneView& s
     body = 0;
     return SceneView::open(parts.scene_of(1), scene) == RtStatus::kOk;
   }
+  const std::uint32_t own = parts.driven()[mover].part;
+  if (parts[own].role == PartRole::kLoose) {
+    body = 0;
+    return SceneView::open(parts.scene_of(own), scene) == RtStatus::kOk;
+  }
   body = 1;
   for (std::uint32_t part = 0; part < parts.count(); ++part) {
     const std::span<const std::byte> bytes = parts.pair_scene(part, parts.driven()[mover].part);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Parts that move beside that of the first hand, for those who draw them: the driven ones, and
-/// behind these that of a second hand.
+/// Parts that move beside that of the first hand, for those who draw them: the driven and the loose
+/// ones, and behind these that of a second hand.
 
 #include <cstdint>
 

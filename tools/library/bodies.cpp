@@ -54,6 +54,10 @@ std::uint32_t driven_of(const PartScenes& parts, std::uint32_t part) noexcept {
   return kMostDriven;
 }
 
+bool is_owned(const PartScenes& parts, std::uint32_t part) noexcept {
+  return driven_of(parts, part) < kMostDriven && parts[part].role == PartRole::kDriven;
+}
+
 int check_frame(const haptic_frame* frame) noexcept {
   if (const int error = check_structure(frame); error != HAPTIC_OK) return error;
   const bool is_right = is_within(frame->fastest_m_per_s, 0.001, kMostFrame_m_per_s) &&

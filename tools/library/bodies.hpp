@@ -26,6 +26,9 @@ void note_driven(const PartHand& hand, HeldNow& now) noexcept;
 /// Number of a driven part in their order; kMostDriven: `part` is none.
 [[nodiscard]] std::uint32_t driven_of(const PartScenes& parts, std::uint32_t part) noexcept;
 
+/// An owner moves it.
+[[nodiscard]] bool is_owned(const PartScenes& parts, std::uint32_t part) noexcept;
+
 /// HAPTIC_OK; HAPTIC_ERROR_VERSION; HAPTIC_ERROR_NUMBER: a speed or time is out of its range.
 [[nodiscard]] int check_frame(const haptic_frame* frame) noexcept;
 

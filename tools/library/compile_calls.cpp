@@ -47,7 +47,7 @@ int check_part(const haptic_part* part) noexcept {
       return HAPTIC_ERROR_SIZE;
   }
   if (!is_within(part->scale_to_m, 1e-12, 1e12) || !is_within(part->simplify_m, 0, 1e6) ||
-      part->may_be_held > HAPTIC_HAND2)
+      part->may_be_held > HAPTIC_LOOSE)
     return HAPTIC_ERROR_NUMBER;
   return is_pose(part->pose) ? HAPTIC_OK : HAPTIC_ERROR_POSE;
 }
@@ -141,6 +141,7 @@ void name_parts(std::span<const haptic_part> fixed, SceneFile& scene) {
     ScenePart& part = scene.statics[k];
     part.name = part.mesh;
     if (fixed[k].may_be_held == HAPTIC_PLACED) part.role = haptic::PartRole::kPlaced;
+    if (fixed[k].may_be_held == HAPTIC_LOOSE) part.role = haptic::PartRole::kLoose;
     if (fixed[k].may_be_held == HAPTIC_HAND2) part.role = haptic::PartRole::kHand2;
     if (fixed[k].may_be_held == HAPTIC_DRIVEN) {
       part.role = haptic::PartRole::kDriven;
@@ -153,13 +154,14 @@ void name_parts(std::span<const haptic_part> fixed, SceneFile& scene) {
   const auto count = [&](std::uint32_t role) {
     return std::ranges::count(fixed, role, &haptic_part::may_be_held);
   };
-  if (count(HAPTIC_HAND2) == 0) return;
+  if (count(HAPTIC_HAND2) + count(HAPTIC_LOOSE) == 0) return;
   if (count(HAPTIC_HAND2) > 1)
     throw InputError("two parts are for a second hand, which holds one; give one of them");
   if (count(HAPTIC_PLACED) > 0)
     throw InputError(
-        "a scene with two hands, which hold their parts all the time, has no part that "
-        "may be held after another; make it fixed");
+        "a scene with two hands or loose parts, where hands hold their parts all the time, has no "
+        "part that may be held after another; make it fixed");
+  if (count(HAPTIC_HAND2) == 0) return;
   // The second hand's part is the first one behind that of the first.
   const auto second = std::ranges::find(scene.statics, haptic::PartRole::kHand2, &ScenePart::role);
   std::rotate(scene.statics.begin(), second, second + 1);

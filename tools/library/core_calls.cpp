@@ -359,8 +359,10 @@ int haptic_core_verdict(haptic_core* core, haptic_verdict* verdict) {
   if (call.error() != HAPTIC_OK) return call.error();
   // A second hand that was never stepped has failed at nothing.
   const SessionVerdict second = (*call).second_judge.verdict();
-  const bool tells_second = second.ticks > 0 && second.failed();
-  write_verdict(tells_second ? second : (*call).judge.verdict(), *verdict);
+  const SessionVerdict first = (*call).judge.verdict();
+  const bool tells_second =
+      second.ticks > 0 && (first.ticks == 0 || (second.failed() && !first.failed()));
+  write_verdict(tells_second ? second : first, *verdict);
   return HAPTIC_OK;
 }
 
@@ -395,8 +397,9 @@ int haptic_core_hold_part(haptic_core* core, uint32_t hand, uint32_t part) {
 int haptic_core_release_part(haptic_core* core, uint32_t hand) {
   const CoreCall call(core);
   if (call.error() != HAPTIC_OK) return call.error();
-  if ((*call).parts == nullptr || hand != 0) return HAPTIC_ERROR_PART;
-  (*call).parts->hand().release();
+  PartsOfCore* const parts = (*call).parts;
+  if (parts == nullptr || hand != 0 || parts->scenes.holds_throughout()) return HAPTIC_ERROR_PART;
+  parts->hand().release();
   return HAPTIC_OK;
 }
 
@@ -419,7 +422,7 @@ int haptic_core_drive(haptic_core* core, uint32_t part, const haptic_frame* fram
   if (call.error() != HAPTIC_OK) return call.error();
   PartsOfCore* const parts = (*call).parts;
   const std::uint32_t driven = parts != nullptr ? driven_of(parts->scenes, part) : kMostDriven;
-  if (driven == kMostDriven) return HAPTIC_ERROR_PART;
+  if (driven == kMostDriven || !is_owned(parts->scenes, part)) return HAPTIC_ERROR_PART;
   FrameRecord& record = parts->driven[driven];
   record = next_record(record, *frame, std::llround(1e9 * time_s));
   return is_pose(frame->pose) ? HAPTIC_OK : HAPTIC_ERROR_POSE;

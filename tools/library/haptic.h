@@ -221,7 +221,7 @@ typedef struct haptic_body {
   double pose[7];    ///< of its mesh frame in W, where it is felt
   uint32_t part;     ///< its number
   uint32_t role;     ///< 1 never held, 2 held at the start, 3 may be held, 4 driven by its owner,
-                     ///< 5 held by the second of two hands
+                     ///< 5 held by the second of two hands, 6 loose
   uint32_t held_by;  ///< 0: no hand; 1: hand 0; 2: hand 1
   uint32_t reserved;
   char name[64];  ///< cut at 63 bytes
@@ -258,7 +258,8 @@ typedef struct haptic_frame {
   { sizeof(haptic_frame), 0, {0, 0, 0, 0, 0, 0, 1}, 0.25, 1.0, 0.1 }
 
 /// A part that its owner moves: a robot's fixture, a conveyor, a body of another simulator. It
-/// pushes the part in the hand and does not yield, but stays behind where it would go through it.
+/// pushes the part in the hand and does not yield, but stays behind where it would go through it. Or a
+/// loose one, which yields: `commanded` is its anchor.
 typedef struct haptic_driven {
   double pose[7];       ///< of its mesh frame in W, where it is felt
   double commanded[7];  ///< the same, where its owner has it now
@@ -297,7 +298,9 @@ typedef enum haptic_role {
   HAPTIC_FIXED = 0,   ///< it stands
   HAPTIC_PLACED = 1,  ///< the hand may hold it after the first, and it stays where it is let go
   HAPTIC_DRIVEN = 2,  ///< its owner moves it: haptic_core_drive, haptic_session_drive
-  HAPTIC_HAND2 = 3    ///< a second hand holds it all the time, and none is PLACED: haptic_core_step_hands
+  HAPTIC_HAND2 = 3,   ///< a second hand holds it all the time, and none is PLACED: haptic_core_step_hands; it is part 1,
+                      ///< and the others come behind it in their order
+  HAPTIC_LOOSE = 4    ///< what moves pushes it with 0.5 N, and it stays where that leaves it; none is PLACED
 } haptic_role;
 
 /// One part: a mesh file, or arrays.

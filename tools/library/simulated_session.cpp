@@ -329,7 +329,7 @@ int SimulatedSession::go_on_to(std::uint32_t part) {
 }
 
 int SimulatedSession::release_part() {
-  if (parts_ == nullptr) return HAPTIC_ERROR_PART;
+  if (parts_ == nullptr || parts_->scenes.holds_throughout()) return HAPTIC_ERROR_PART;
   const std::lock_guard lock(part_mutex_);
   parts_->hand().release();
   return HAPTIC_OK;
@@ -401,7 +401,7 @@ void SimulatedSession::move_fixed(const haptic_frame& frame) noexcept {
 
 bool SimulatedSession::drive(std::uint32_t part, const haptic_frame& frame) noexcept {
   const std::uint32_t k = parts_ != nullptr ? driven_of(parts_->scenes, part) : kMostDriven;
-  if (k == kMostDriven) return false;
+  if (k == kMostDriven || !is_owned(parts_->scenes, part)) return false;
   DrivenStream& stream = driven_streams_[k];
   stream.last = next_record(stream.last, frame, hal::monotonic_ns());
   stream.writer->publish(stream.last);

@@ -132,8 +132,12 @@ Json entity_of(const SceneView& scene, std::uint32_t body, const EntityLook& loo
 }
 
 std::string driven_frame(const PartScenes& parts, std::uint32_t driven) {
-  return (is_held_by_second(parts, driven) ? "hand2/" : "driven/") +
-         std::string(parts.name(part_of_mover(parts, driven)));
+  const std::uint32_t part = part_of_mover(parts, driven);
+  const bool is_loose = parts[part].role == PartRole::kLoose;
+  const char* const kind = is_held_by_second(parts, driven) ? "hand2/"
+                           : is_loose                       ? "loose/"
+                                                            : "driven/";
+  return kind + std::string(parts.name(part));
 }
 
 std::string text_of(const Json& json) {

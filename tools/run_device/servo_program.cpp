@@ -157,7 +157,10 @@ void tell_parts(const DeviceConfig& config, const SceneView& view) {
   if (PartScenes::open(view, parts) != RtStatus::kOk || parts.count() == 0) return;
   const std::string held(parts.name(0));
   const char* const others =
-      parts.driven().empty()
+      parts.holds_throughout() ? "the other parts stand where they start; for two hands and loose "
+                                 "parts take host_sim run, "
+                                 "the page, C or Python"
+      : parts.driven().empty()
           ? "the other parts stand; to hold one after another take host_sim run, the page, C or "
             "Python"
           : "the other parts stand, driven ones where they start; to hold one after another and "

@@ -48,7 +48,7 @@ std::string body_text(const BodyFacts& body, std::size_t index) {
                     index == 0 ? "grip point in the mesh frame" : "reference point in W",
                     body.reference_m[0], body.reference_m[1], body.reference_m[2]);
   if (body.driven) {
-    text += "    moved by its owner: " + driven_as_text(*body.driven) + "\n";
+    text += "    moves: " + driven_as_text(*body.driven) + "\n";
   } else if (body.held_bytes) {
     text += *body.held_bytes > 0 ? formatted("    may be held, in a scene of %llu bytes\n",
                                              static_cast<unsigned long long>(*body.held_bytes))
@@ -169,6 +169,16 @@ std::string pairs_as_text(const SceneFacts& facts,
 
 std::string driven_as_text(const DrivenFacts& driven) {
   const DrivenRecord& d = driven.record;
+  if (d.lead == Lead::kAnchor)
+    return formatted(
+        "loose: stays, and gives way to more than %.6g N; %s scenes with parts that may "
+        "be held",
+        d.push_n, grouped(driven.scenes).c_str());
+  if (d.lead == Lead::kWeight)
+    return formatted(
+        "loose: %.6g N of weight, sinks at up to %.6g m/s; %s scenes with parts that may "
+        "be held",
+        d.push_n, d.fastest_m_per_s, grouped(driven.scenes).c_str());
   return formatted("at up to %.6g m/s and %.6g rad/s, late after %.6g s, pushes with up to %.6g N",
                    d.fastest_m_per_s, d.fastest_rad_per_s, d.late_s, d.push_n) +
          "; " + grouped(driven.scenes) + (driven.scenes == 1 ? " scene" : " scenes") +

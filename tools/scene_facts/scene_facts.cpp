@@ -207,7 +207,7 @@ SceneFacts facts_of(const SceneView& view) {
   for (std::uint32_t b = 0; b < view.bodies().size(); ++b) {
     const BodyRecord& record = view.bodies()[b];
     BodyFacts body;
-    if (has_parts) body.held_bytes = parts.scene_of(b).size();
+    if (has_parts) body.held_bytes = parts.may_be_held(b) ? parts.scene_of(b).size() : 0;
     body.name = view.text(record.name_offset, record.name_bytes);
     std::copy(std::begin(record.reference_m), std::end(record.reference_m),
               body.reference_m.begin());

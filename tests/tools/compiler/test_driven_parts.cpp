@@ -397,7 +397,7 @@ TEST_SUITE("tools.driven_parts") {
         {with_key("table", "late_s = 0.1"), "is of a part with role = \"driven\"; leave it out"},
         {with_line(good, "role = \"driven\"", "role = \"drive\""),
          "\"driven\" for one that its owner moves"},
-        {eight, "is \"driven\" of part 8 of that role; a scene has at most 7"}};
+        {eight, "makes 8 parts that are driven or loose; a scene has at most 7"}};
     for (const auto& [text, words] : bad) {
       const std::string message = refusal_of(text);
       CAPTURE(message);

@@ -213,7 +213,7 @@ TEST_SUITE("tools.held_parts") {
         {replaced(good, "role = \"placed\"", "role = \"hand\""), "another part already"},
         {replaced(good, "role = \"placed\"", "role = \"lose\""), "is 'lose'; give \"hand\""},
         {replaced(good, "role = \"placed\"\n", ""),
-         "give \"hand\", \"hand2\", \"placed\", \"fixed\" or \"driven\""},
+         "give \"hand\", \"hand2\", \"placed\", \"fixed\", \"driven\" or \"loose\""},
         {replaced(good, "name = \"ring\"", "name = \"peg\""), "is the name of another part"},
         {replaced(good, "name = \"ring\"\n", ""), "give the part a name"},
         {replaced(good, "name = \"table\"\n", "name = \"table\"\ngrip_m = [0, 0, 0]\n"),

@@ -217,6 +217,7 @@ TEST_SUITE("tools.library") {
     CHECK(haptic_core_step_hands(one_hand.core(), &first, nullptr, &of_first, nullptr) ==
           HAPTIC_ERROR_PART);
     CHECK(haptic_core_hold_part(bench.core(), 0, 0) == HAPTIC_ERROR_PART);
+    CHECK(haptic_core_release_part(bench.core(), 0) == HAPTIC_ERROR_PART);
     // One hand's calls move the first, and the second is held still.
     CHECK(haptic_core_step(bench.core(), &first, &of_first) == HAPTIC_OK);
   }

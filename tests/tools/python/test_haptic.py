@@ -95,7 +95,7 @@ class Parts(unittest.TestCase):
             ([part(box(1, 1, 1), role="hand")], "two at least"),
             ([part(box(1, 1, 1), role="hand"), part(box(1, 1, 1), role="hand")], "two parts have the role"),
             ([part(box(1, 1, 1), role="fixed"), part(box(1, 1, 1), role="placed")], "no part has the role"),
-            ([part(box(1, 1, 1), role="hand"), part(box(1, 1, 1), role="loose")], "role 'loose' is none"),
+            ([part(box(1, 1, 1), role="hand"), part(box(1, 1, 1), role="lose")], "role 'lose' is none"),
         ):
             with self.assertRaisesRegex(ValueError, text):
                 haptic.compile(parts, unit="m")

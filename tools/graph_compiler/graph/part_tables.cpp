@@ -44,6 +44,8 @@ class LawScenes {
     scenes.hands = hands;
     hands_ = hands;
     for (std::uint32_t hand = 0; hand < hands; ++hand) add(part + hand, scenes.of[hand]);
+    for (std::size_t k = 0; k < driven_.size(); ++k)
+      if (driven_[k].lead != Lead::kOwner) add(part, driven_[k].part, scenes.movers.at(k));
     for (std::uint32_t a = 0; hands > 1 && a < hands; ++a) {
       const std::vector<std::byte>* const between = pair_of(a, 1 - a);
       if (between == nullptr) continue;
@@ -55,7 +57,8 @@ class LawScenes {
 
  private:
   [[nodiscard]] bool moves(std::uint32_t part) const {
-    return parts_.at(part).role == PartRole::kDriven || (hands_ > 1 && part < hands_);
+    const PartRole role = parts_.at(part).role;
+    return role == PartRole::kDriven || role == PartRole::kLoose || (hands_ > 1 && part < hands_);
   }
   const SceneView& open(std::span<const std::byte> bytes) {
     opened_.push_back(std::make_unique<const OpenedScene>(bytes));
@@ -72,6 +75,21 @@ class LawScenes {
                                              [&](std::uint32_t other) { return moves(other); });
     for (std::size_t k = 0; k < driven_.size(); ++k) {
       const std::vector<std::byte>* const pair = pair_of(part, driven_[k].part);
+      if (pair != nullptr) of.with.at(k) = &open(*pair);
+    }
+  }
+
+  /// A loose part; `first`: that of the first hand.
+  void add(std::size_t first, std::uint32_t part, JointScenes::OfMover& of) {
+    const bool meets_standing = std::ranges::none_of(
+        parts_[part].others, [&](std::uint32_t other) { return moves(other) || other < hands_; });
+    if (meets_standing) of.standing = &open(parts_[part].scene);
+    for (std::uint32_t hand = 0; hand < hands_; ++hand) {
+      const auto* const pair = pair_of(part, static_cast<std::uint32_t>(first) + hand);
+      if (pair != nullptr) of.with_hand[hand] = &open(*pair);
+    }
+    for (std::size_t k = 0; k < driven_.size(); ++k) {
+      const auto* const pair = pair_of(part, driven_[k].part);
       if (pair != nullptr) of.with.at(k) = &open(*pair);
     }
   }
@@ -118,7 +136,8 @@ std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
     PartRecord record{};
     record.role = part.role;
     const bool moves_alone = driven.empty() && hands == 1;
-    if (!moves_alone && !part.scene.empty() && part.role != PartRole::kHand2)
+    const bool leads_law = part.role != PartRole::kHand2 && part.role != PartRole::kLoose;
+    if (!moves_alone && !part.scene.empty() && leads_law)
       record.law_bytes = laws.bytes_of(k, hands);
     std::copy_n(part.start.p_wa_m, 3, record.start_p_wa_m);
     std::copy_n(part.start.q_wa_xyzw, 4, record.start_q_wa_xyzw);
@@ -173,7 +192,7 @@ SceneBytes with_changed(const SceneView& scene,
   std::vector<HeldPart> parts;
   for (std::uint32_t k = 0; k < scenes.count(); ++k) {
     HeldPart part{scenes[k].role, scenes.start_of(k), {}, {}, {}};
-    if (scenes.may_be_held(k)) {
+    if (!scenes.scene_of(k).empty()) {
       part.scene = bytes_changed(scenes.scene_of(k));
       part.others.assign(scenes.others_of(k).begin(), scenes.others_of(k).end());
     }

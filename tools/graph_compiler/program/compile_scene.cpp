@@ -629,7 +629,7 @@ void add_flush_notes(const SceneFile& scene, const SceneView& view,
   std::erase_if(steps, [&](const FlushStep& step) {
     const auto moves = [&](std::size_t body) {
       const PartRole role = scene.statics[body - 1].role;
-      return role == PartRole::kDriven || role == PartRole::kHand2;
+      return role == PartRole::kDriven || role == PartRole::kHand2 || role == PartRole::kLoose;
     };
     return step.body != step.other && (moves(step.body) || moves(step.other));
   });
@@ -686,10 +686,11 @@ WrittenPart written_part(CompiledPart part, const ScenePart& placed, const PartR
 
 namespace {
 
-/// Part 0 is the moving one.
+/// It has a scene in which it is the moving body. Part 0 is the moving one.
 bool may_hold(const SceneFile& scene, std::size_t part) {
   const PartRole role = numbered_part(scene, part).role;
-  return part == 0 || role == PartRole::kPlaced || role == PartRole::kHand2;
+  return part == 0 || role == PartRole::kPlaced || role == PartRole::kHand2 ||
+         role == PartRole::kLoose;
 }
 
 HeldPart part_of(const ScenePart& part) {
@@ -862,9 +863,27 @@ double push_of(const SceneFile& scene, const ScenePart& part, double pull_n) {
                              *driven.push_n, pull_n, part.name.c_str(), kPulls * pull_n));
 }
 
-/// The box and the radius of a driven part in its mesh frame, and what the scene says of it.
+/// The spring of a loose part: one that holds its anchor, or one that its weight stretches by the
+/// way that it sinks in a tick.
+void lead_loose(const LooseRequest& loose, const SceneParameters& hand, DrivenRecord& record) {
+  record.fastest_m_per_s = loose.fall_m_per_s;
+  record.fastest_rad_per_s = 1;
+  record.late_s = 1 / hand.rate_hz;
+  if (loose.weight_n) {
+    record.lead = Lead::kWeight;
+    record.push_n = *loose.weight_n;
+    record.ratio = record.push_n / (loose.fall_m_per_s * record.late_s) / hand.coupling.k_t_n_per_m;
+  } else {
+    record.lead = Lead::kAnchor;
+    record.push_n = loose.yield_n.value_or(kDefaultYield_n);
+    record.ratio = kLooseRatio;
+  }
+}
+
+/// The box and the radius of a mover in its mesh frame, and what the scene says of it. `hand`: of
+/// the scene in which the first part is held.
 DrivenRecord driven_record(const SceneFile& scene, std::size_t part, const CompiledPart& compiled,
-                           double pull_n) {
+                           const SceneParameters& hand) {
   const ScenePart& driven = numbered_part(scene, part);
   const PlacedBody placed = written_part(compiled, driven, compiled.report).placed;
   std::array<double, 3> low, high;
@@ -880,11 +899,15 @@ DrivenRecord driven_record(const SceneFile& scene, std::size_t part, const Compi
   }
   DrivenRecord record{};
   record.part = static_cast<std::uint32_t>(part);
-  record.fastest_m_per_s = driven.driven.fastest_m_per_s;
-  record.fastest_rad_per_s = driven.driven.fastest_rad_per_s;
-  record.late_s = driven.driven.late_s;
-  record.push_n = push_of(scene, driven, pull_n);
-  record.ratio = kDrivenRatio;
+  if (driven.role == PartRole::kLoose) {
+    lead_loose(driven.loose, hand, record);
+  } else {
+    record.fastest_m_per_s = driven.driven.fastest_m_per_s;
+    record.fastest_rad_per_s = driven.driven.fastest_rad_per_s;
+    record.late_s = driven.driven.late_s;
+    record.push_n = push_of(scene, driven, hand.coupling.max_pull_n);
+    record.ratio = kDrivenRatio;
+  }
   std::array<double, 3> middle_m{};
   for (std::size_t k = 0; k < 3; ++k) record.middle_m[k] = middle_m[k] = 0.5 * (low[k] + high[k]);
   // Rounded up, for the scene has its vertices in Real.
@@ -893,20 +916,30 @@ DrivenRecord driven_record(const SceneFile& scene, std::size_t part, const Compi
   return record;
 }
 
-/// Largest pull of the hand's spring [N]; 0: without limit.
-double pull_of(const CompiledScene& scene) {
+/// Those of the scene as it was written: with what the hand's spring comes to.
+SceneParameters parameters_of(const CompiledScene& scene) {
   const SceneBytes bytes{scene.bytes};
   SceneView view;
   if (SceneView::open(bytes.span(), view) != RtStatus::kOk)
     throw std::logic_error("the scene just written does not open");
-  return view.parameters().coupling.max_pull_n;
+  return view.parameters();
 }
 
-/// Two hands that meet: A is the smaller part.
-bool is_a_of_hands(const SceneFile& scene, const CompiledParts& parts, std::size_t part) {
-  if (part > 1 || !scene.has_second_hand()) return false;
+/// `part` and `other` have a scene of the two, in which `part` is A: the smaller one, but what is
+/// driven, which has no such scene of its own. Two driven parts have none.
+bool is_a_of_pair(const SceneFile& scene, const CompiledParts& parts, std::size_t part,
+                  std::size_t other) {
+  const auto role = [&](std::size_t k) { return numbered_part(scene, k).role; };
+  const auto moves = [&](std::size_t k) {
+    return role(k) == PartRole::kDriven || role(k) == PartRole::kLoose ||
+           (k < 2 && scene.has_second_hand());
+  };
+  if (role(part) == PartRole::kDriven) return false;
+  if (role(other) == PartRole::kDriven) return true;
+  if (!moves(other) && role(part) != PartRole::kLoose) return false;
+  if (!moves(other) && other != 0) return false;
   const auto size_m = [&](std::size_t k) { return parts.all()[k].report.diagonal_m; };
-  return part == 0 ? size_m(0) <= size_m(1) : size_m(1) < size_m(0);
+  return part < other ? size_m(part) <= size_m(other) : size_m(part) < size_m(other);
 }
 
 /// The scenes in which `part` may be held: that of the parts that stand, and one with each that it
@@ -928,8 +961,7 @@ void compile_held(const SceneFile& scene, const CompiledParts& parts, std::size_
     held.scene = standing.bytes;
   }
   for (const std::size_t other : met) {
-    const bool is_other_hand = other < 2 && is_a_of_hands(scene, parts, part);
-    if (numbered_part(scene, other).role != PartRole::kDriven && !is_other_hand) continue;
+    if (!is_a_of_pair(scene, parts, part, other)) continue;
     const std::vector<std::size_t> alone{other};
     const CompiledScene pair =
         compiled_with(scene_of_pair(scene, part, other), parts.holding(part, alone), options);
@@ -947,11 +979,12 @@ CompiledScene compiled_with_parts(const SceneFile& scene, const CompileOptions& 
   check_start(scene, all);
   CompiledScene result = compiled_with(scene, std::move(all), options);
   if (!scene.has_parts()) return result;
-  const double pull_n = pull_of(result);
+  const SceneParameters hand = parameters_of(result);
   std::vector<DrivenRecord> driven;
   for (std::size_t k = 0; k <= scene.statics.size(); ++k) {
-    if (numbered_part(scene, k).role == PartRole::kDriven)
-      driven.push_back(driven_record(scene, k, parts.all()[k], pull_n));
+    const PartRole role = numbered_part(scene, k).role;
+    if (role == PartRole::kDriven || role == PartRole::kLoose)
+      driven.push_back(driven_record(scene, k, parts.all()[k], hand));
   }
   std::vector<HeldPart> held;
   for (std::size_t k = 0; k <= scene.statics.size(); ++k) {

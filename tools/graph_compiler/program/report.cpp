@@ -324,7 +324,8 @@ std::string driven_lines(const SceneFacts& facts) {
   std::string text;
   for (const BodyFacts& body : facts.bodies)
     if (body.driven)
-      text += "driven       " + body.name + ": " + driven_as_text(*body.driven) + "\n";
+      text += (body.driven->record.lead == Lead::kOwner ? "driven       " : "loose        ") +
+              body.name + ": " + driven_as_text(*body.driven) + "\n";
   return text;
 }
 

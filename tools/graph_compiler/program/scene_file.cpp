@@ -401,18 +401,21 @@ void read_moving(const TomlTable& top, const std::filesystem::path& folder, Scen
 PartRole read_role(const TomlTable& t) {
   const auto role = t.text("role");
   if (!role)
-    t.fail_missing("role", "give \"hand\", \"hand2\", \"placed\", \"fixed\" or \"driven\"");
+    t.fail_missing("role",
+                   "give \"hand\", \"hand2\", \"placed\", \"fixed\", \"driven\" or \"loose\"");
   if (*role == "hand") return PartRole::kHand;
   if (*role == "hand2") return PartRole::kHand2;
   if (*role == "placed") return PartRole::kPlaced;
   if (*role == "fixed") return PartRole::kFixed;
   if (*role == "driven") return PartRole::kDriven;
-  t.fail("role", "is '" + *role +
-                     "'; give \"hand\" for the part that is held at first, \"hand2\" for that of a "
-                     "second hand, "
-                     "\"placed\" for one that may be held and stays where it is let go, \"fixed\" "
-                     "for one that never moves, "
-                     "\"driven\" for one that its owner moves");
+  if (*role == "loose") return PartRole::kLoose;
+  t.fail("role",
+         "is '" + *role +
+             "'; give \"hand\" for the part that is held at first, \"hand2\" for that of a "
+             "second hand, "
+             "\"placed\" for one that may be held and stays where it is let go, \"fixed\" "
+             "for one that never moves, "
+             "\"driven\" for one that its owner moves, \"loose\" for one that what moves pushes");
 }
 
 /// Keys of a part that its owner moves.
@@ -433,6 +436,24 @@ DrivenRequest read_driven(const TomlTable& t) {
   return driven;
 }
 
+/// Keys of a part that others push.
+constexpr const char* kLooseKeys[] = {"yield_n", "weight_n", "fall_m_per_s"};
+
+LooseRequest read_loose(const TomlTable& t) {
+  LooseRequest loose;
+  loose.yield_n = t.number("yield_n", kPositive);
+  loose.weight_n = t.number("weight_n", kPositive);
+  const auto fall = t.number("fall_m_per_s", kPositive);
+  if (loose.yield_n && loose.weight_n)
+    t.fail("yield_n", "is the force of an anchor, and weight_n is given too; keep one of the two");
+  if (fall && !loose.weight_n)
+    t.fail("fall_m_per_s",
+           "is the speed at which a part with weight_n sinks; give that too, or "
+           "leave it out");
+  if (fall) loose.fall_m_per_s = *fall;
+  return loose;
+}
+
 ScenePart read_named_part(const TomlTable& t, const std::filesystem::path& folder) {
   const auto name = t.text("name");
   if (!name || name->empty())
@@ -446,10 +467,15 @@ ScenePart read_named_part(const TomlTable& t, const std::filesystem::path& folde
     for (const char* key : kDrivenKeys)
       if (t.has(key)) t.fail(key, "is of a part with role = \"driven\"; leave it out");
   }
-  if (role == PartRole::kFixed || role == PartRole::kDriven) {
+  if (role != PartRole::kLoose) {
+    for (const char* key : kLooseKeys)
+      if (t.has(key)) t.fail(key, "is of a part with role = \"loose\"; leave it out");
+  }
+  if (role == PartRole::kFixed || role == PartRole::kDriven || role == PartRole::kLoose) {
     for (const char* key : {"grip_m", "mass_kg", "gravity_m_per_s2"})
       if (t.has(key)) t.fail(key, "is of a part that the hand may hold; leave it out");
     if (role == PartRole::kDriven) part.driven = read_driven(t);
+    if (role == PartRole::kLoose) part.loose = read_loose(t);
     return part;
   }
   part.grip_m = t.vector3("grip_m", kPosition);
@@ -462,6 +488,7 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
   std::vector<std::string_view> keys = held_keys();
   keys.insert(keys.end(), {"name", "role"});
   keys.insert(keys.end(), std::begin(kDrivenKeys), std::end(kDrivenKeys));
+  keys.insert(keys.end(), std::begin(kLooseKeys), std::end(kLooseKeys));
   for (const char* key : {"moving", "static", "start"}) {
     if (!top.has(key)) continue;
     top.fail(key,
@@ -479,10 +506,11 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
     if (names.size() > kMostParts)
       t.fail("name", "is that of part " + std::to_string(names.size()) + "; a scene has at most " +
                          std::to_string(kMostParts));
-    if (part.role == PartRole::kDriven && ++driven > kMostDriven)
-      t.fail("role", "is \"driven\" of part " + std::to_string(driven) +
-                         " of that role; a scene has at most " + std::to_string(kMostDriven) +
-                         ": make one fixed, or leave one out");
+    const bool is_mover = part.role == PartRole::kDriven || part.role == PartRole::kLoose;
+    if (is_mover && ++driven > kMostDriven)
+      t.fail("role", "makes " + std::to_string(driven) +
+                         " parts that are driven or loose; a scene has at most " +
+                         std::to_string(kMostDriven) + ": make one fixed, or leave one out");
     if (part.role == PartRole::kHand2) {
       if (scene.has_second_hand())
         t.fail("role", "is \"hand2\" of another part already; each hand holds one");
@@ -502,15 +530,20 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
   if (!has_hand)
     top.fail("part", "none has role = \"hand\"; give it to the part that is held at first");
   if (scene.statics.empty()) top.fail("part", "is one alone; add the parts that it meets");
-  if (!scene.has_second_hand()) return;
-  if (driven == kMostDriven)
+  const auto stays = [](const ScenePart& part) {
+    return part.role == PartRole::kHand2 || part.role == PartRole::kLoose;
+  };
+  if (std::ranges::none_of(scene.statics, stays)) return;
+  if (scene.has_second_hand() && driven == kMostDriven)
     top.fail("part", "has two hands and " + std::to_string(driven) +
-                         " driven parts; give at most " + std::to_string(kMostDriven - 1) +
+                         " driven or loose parts; give at most " + std::to_string(kMostDriven - 1) +
                          " with two hands: make one fixed, or leave one out");
   for (const ScenePart& part : scene.statics)
     if (part.role == PartRole::kPlaced)
-      top.fail("part", "has two hands, which hold their parts all the time, and '" + part.name +
-                           "' is \"placed\"; make it fixed, or leave \"hand2\" out");
+      top.fail("part",
+               "has two hands or loose parts, where hands hold their parts all the time, and '" +
+                   part.name +
+                   "' is \"placed\"; make it fixed, or leave \"hand2\" and \"loose\" out");
 }
 
 /// `[bodies]`: pairs of parts that are not compiled.
@@ -798,9 +831,14 @@ std::vector<std::size_t> parts_met(const SceneFile& scene, std::size_t part) {
 
 std::vector<std::size_t> parts_standing(const SceneFile& scene, std::size_t part) {
   const std::vector<std::size_t> met = parts_met(scene, part);
+  const bool is_loose = numbered_part(scene, part).role == PartRole::kLoose;
   std::vector<std::size_t> standing = met;
   std::erase_if(standing, [&](std::size_t k) {
-    return numbered_part(scene, k).role == PartRole::kDriven || (k < 2 && scene.has_second_hand());
+    const PartRole role = numbered_part(scene, k).role;
+    const bool moves = role == PartRole::kDriven || role == PartRole::kLoose;
+    // To a loose part all that is held moves.
+    const bool is_held = role == PartRole::kHand || role == PartRole::kHand2;
+    return moves || (is_held && (scene.has_second_hand() || is_loose));
   });
   return standing.empty() ? met : standing;
 }

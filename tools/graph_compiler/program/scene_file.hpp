@@ -56,6 +56,14 @@ struct DrivenRequest {
   FilePlace push_at{};           ///< of push_n
 };
 
+/// A part that others push: its anchor holds so much, or it has a weight; absent: an anchor of
+/// kDefaultYield_n.
+struct LooseRequest {
+  std::optional<double> yield_n, weight_n;
+  double fall_m_per_s = 0.5;  ///< at which a weight lets it sink
+};
+inline constexpr double kDefaultYield_n = 0.5;
+
 /// One `[moving]`, `[[static]]` or `[[part]]` table.
 struct ScenePart {
   std::string name;                           ///< of a `[[part]]`; empty: another table
@@ -81,6 +89,7 @@ struct ScenePart {
   std::optional<std::array<double, 3>> grip_m;
   HeldPartParameters held{};
   DrivenRequest driven{};          ///< for a part with role "driven"
+  LooseRequest loose{};            ///< for a part with role "loose"
   std::vector<std::string> notes;  ///< what was taken otherwise than it stands in the file
 };
 

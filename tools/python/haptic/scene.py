@@ -41,8 +41,8 @@ class Part:
     outside). unit: "m", "cm", "mm", "um", "inch", or metres per unit; None: that of `compile`. at, turn: position [m]
     and quaternion x y z w of the mesh frame in W. simplify: bevels, fillets and small rounds below this [m] are removed.
     name: for messages. role: "hand" (held at the start), "placed" (may be held after it, and stays where it is let go),
-    "hand2" (a second hand holds it all the time: `Core.step_hands`), "driven" (its owner moves it: `drive`) or "fixed"
-    (never held); None: by its place in the call.
+    "hand2" (a second hand holds it all the time: `Core.step_hands`), "driven" (its owner moves it: `drive`), "loose" (what moves
+    pushes it) or "fixed" (never held); None: by its place in the call.
     """
 
     mesh: Mesh
@@ -54,8 +54,8 @@ class Part:
     role: Optional[str] = None
 
 
-ROLES = ("", "fixed", "hand", "placed", "driven", "hand2")
-_ROLE_NUMBERS = {"placed": 1, "driven": 2, "hand2": 3}  # haptic_role
+ROLES = ("", "fixed", "hand", "placed", "driven", "hand2", "loose")
+_ROLE_NUMBERS = {"placed": 1, "driven": 2, "hand2": 3, "loose": 4}  # haptic_role
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ def _by_role(parts: Sequence[Part]) -> List[Part]:
     """The part with the hand's role first."""
     unknown = [part.role for part in parts if part.role not in (None, *ROLES[1:])]
     if unknown:
-        raise ValueError(f"role '{unknown[0]}' is none of: hand, hand2, placed, driven, fixed")
+        raise ValueError(f"role '{unknown[0]}' is none of: hand, hand2, placed, driven, loose, fixed")
     hands = [part for part in parts if part.role == "hand"]
     if len(hands) > 1:
         raise ValueError("two parts have the role \"hand\"; the hand holds one at a time")
@@ -469,7 +469,7 @@ class Core:
         """One tick of a scene with two hands: the pose that each wants, sensed at `time` [s].
 
         None: that hand keeps its goal, its part is held still, and it has no result. What one feels of the other is minus
-        what that feels. Raises ValueError where the scene has one hand.
+        what that feels. Raises HapticError where the scene has one hand.
         """
         inputs, outputs = (self._input, self._second_input), (self._output, self._second_output)
         given, wanted = [], []
