@@ -48,7 +48,8 @@ std::string body_text(const BodyFacts& body, std::size_t index) {
                     index == 0 ? "grip point in the mesh frame" : "reference point in W",
                     body.reference_m[0], body.reference_m[1], body.reference_m[2]);
   if (body.driven) {
-    text += "    moves: " + driven_as_text(*body.driven) + "\n";
+    text += (body.driven->record.lead == Lead::kOwner ? "    moved by its owner: " : "    ") +
+            driven_as_text(*body.driven) + "\n";
   } else if (body.held_bytes) {
     text += *body.held_bytes > 0 ? formatted("    may be held, in a scene of %llu bytes\n",
                                              static_cast<unsigned long long>(*body.held_bytes))
