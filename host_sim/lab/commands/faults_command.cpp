@@ -84,9 +84,10 @@ Command add_faults_command(CLI::App& program) {
       "usb (default): through libusb; direct: no bus, and none of its faults");
   app->add_flag("--report-clocked", o->matrix.run.report_clocked,
                 "commands answer the report that they rest on");
-  app->add_option("--hands", o->matrix.run.hands,
-                  "1 (default), or 2: a device for each of two hands, each fault at one and then at "
-                  "the other")
+  app->add_option(
+         "--hands", o->matrix.run.hands,
+         "1 (default), or 2: a device for each of two hands, each fault at one and then at "
+         "the other")
       ->check(CLI::Range(1u, 2u));
   app->add_option("--threads", o->matrix.threads, "default: one per processor")
       ->check(CLI::Range(1u, 16u));

@@ -296,8 +296,8 @@ FaultExpectation expectation_of_other(const FaultCase& cell, const SafetyLimits&
       cause == FaultCause::kSuspended)
     return expectation_of(in_force, limits, linked);
   const FaultExpectation at_fault = expectation_of(cell, limits, linked);
-  const bool stops = cell.state != FaultState::kFaulted &&
-                     (at_fault.safety & kFaultEmergencyStop) != 0;
+  const bool stops =
+      cell.state != FaultState::kFaulted && (at_fault.safety & kFaultEmergencyStop) != 0;
   const FaultCause felt = stops ? FaultCause::kEmergencyCall : FaultCause::kNothing;
   const auto fault = std::ranges::find(faults(), felt, &Fault::cause);
   return expectation_of({in_force.state, &*fault}, limits, linked);

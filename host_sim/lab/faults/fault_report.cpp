@@ -289,9 +289,10 @@ std::string page_of(const std::vector<FaultVerdict>& verdicts, const FaultMatrix
       std::string(options.quick ? " with `--quick`" : "") + ": carrier " +
       (options.run.carrier == StackCarrier::kUsb ? "usb" : "direct") +
       (options.run.hands > 1
-           ? std::string(". Two hands press a cube of 20 mm each on a wall through the whole stack, "
-                         "and the fault is at the device of one; the other must feel nothing of it "
-                         "where it is not a fault of both. Virtual ")
+           ? std::string(
+                 ". Two hands press a cube of 20 mm each on a wall through the whole stack, "
+                 "and the fault is at the device of one; the other must feel nothing of it "
+                 "where it is not a fault of both. Virtual ")
            : std::string(". A cube of 20 mm is pressed on a wall by a simulated hand through the "
                          "whole stack; virtual ")) +
       "time, same bits each time. At each fault 300 ms are watched, then the cause is taken away, "
@@ -304,8 +305,8 @@ std::string page_of(const std::vector<FaultVerdict>& verdicts, const FaultMatrix
                      fixed(static_cast<double>(limits.slew_n_per_s), 0) + " N/s",
                      fixed(acting, 4) + " of it"});
   if (options.run.hands == 1) {
-    page += table_row(
-        {"ramp in after arming again", "50 ms at least", fixed(1e3 * ramp_s, 0) + " ms"});
+    page +=
+        table_row({"ramp in after arming again", "50 ms at least", fixed(1e3 * ramp_s, 0) + " ms"});
   }
   page += table_row({"cells that hold", std::to_string(verdicts.size()), std::to_string(held)});
   page +=
@@ -319,8 +320,7 @@ std::string page_of(const std::vector<FaultVerdict>& verdicts, const FaultMatrix
   std::string failures;
   for (const FaultVerdict& v : verdicts) {
     for (const std::string& failure : v.failures)
-      failures += "- " + place_of(v) + ", " + to_text(v.cell.state) + ": " +
-                  failure + "\n";
+      failures += "- " + place_of(v) + ", " + to_text(v.cell.state) + ": " + failure + "\n";
   }
   if (!failures.empty()) page += "\n## Cells that fail\n\n" + failures;
   return page;

@@ -92,8 +92,8 @@ struct FaultPlace {
 /// other.
 [[nodiscard]] std::vector<std::byte> fault_scene(unsigned hands = 1);
 
-/// Same arguments, same bits. `scene`: fault_scene(settings.hands). @throws tools::InputError  the state is not
-/// reached, or the fault needs a bus that the carrier is not.
+/// Same arguments, same bits. `scene`: fault_scene(settings.hands). @throws tools::InputError  the
+/// state is not reached, or the fault needs a bus that the carrier is not.
 [[nodiscard]] FaultTrace run_fault(std::span<const std::byte> scene, const FaultCase& cell,
                                    const FaultSettings& settings);
 

@@ -43,7 +43,7 @@ struct FaultTrace {
   double period_s = 0;
   std::vector<FaultSample> samples;  ///< of the device that the fault is at
   std::vector<FaultSample> others;   ///< of that of another hand; else empty
-  std::size_t injected = 0;  ///< the fault
+  std::size_t injected = 0;          ///< the fault
   std::size_t cleared =
       0;  ///< its cause removed, the device reconnected, the deadman switch released
   std::size_t pressed = 0;  ///< the deadman, on the wall
@@ -82,8 +82,8 @@ class FaultStage {
   [[nodiscard]] double period_s() const { return period_s_; }
   [[nodiscard]] double time_s() const { return static_cast<double>(periods_) * period_s_; }
   [[nodiscard]] HandPlan& hand() { return hand_; }
-  /// The last period of another hand, which does what this one does until `leave_other`; null: there
-  /// is none.
+  /// The last period of another hand, which does what this one does until `leave_other`; null:
+  /// there is none.
   [[nodiscard]] virtual const FaultSample* other() const { return nullptr; }
   /// The other hand goes on with what it is at.
   virtual void leave_other() {}
