@@ -25,8 +25,9 @@ std::array<ServoResult, kMostHands> TwoHandTick::step(
   const std::array<ServoResult, kMostHands> results{
       ticks_[0].close(given[0], opened[0], rendered[0]),
       ticks_[1].close(given[1], opened[1], rendered[1])};
+  // A fault that a hand was told of is not told back.
   for (std::uint32_t k = 0; k < kMostHands; ++k)
-    present_[k] = results[k].present & ~present_[1 - k];
+    present_[k] = results[k].present & ~given[k].other_faults;
   return results;
 }
 

@@ -4,16 +4,18 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
-#include <numbers>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "host_sim/session/core_session.hpp"
 #include "rt_core/base/rotation.hpp"
+#include "rt_core/two_hand_tick.hpp"
 #include "tests/support/text_search.hpp"
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
@@ -232,6 +234,38 @@ TEST_SUITE("host_sim.two_hands") {
       CHECK(bench.last[0].status == RtStatus::kOk);
     }
     CHECK(std::abs(bench.felt_m(0, 0) + 0.01) < 1e-6);
+  }
+
+  TEST_CASE("servo tick: a fault of the core and an emergency stop are of both, others of one") {
+    const std::vector<std::byte> scene = two_blocks(true);
+    enum Cause { kNone, kCore, kStop, kBadPose };
+    for (const Cause cause : {kNone, kCore, kStop, kBadPose}) {
+      CAPTURE(static_cast<int>(cause));
+      CoreSession session(scene, "two hands' tick");
+      std::array<ServoParameters, kMostHands> parameters;
+      if (cause == kCore) parameters[1].map.scale = 0;  // not usable
+      TwoHandTick tick(*session.hands(), parameters, {nullptr, nullptr});
+      std::array<ServoInput, kMostHands> inputs;
+      std::array<ServoResult, kMostHands> last;
+      for (std::uint64_t k = 1; k <= 5; ++k) {
+        for (ServoInput& input : inputs) {
+          input.now_ns = static_cast<std::int64_t>(k) * 1'000'000;
+          input.state.link = LinkState::kReady;
+          input.state.sequence = k;
+          input.state.stamp_ns = input.now_ns;
+        }
+        if (cause == kStop) inputs[1].emergency_stop = true;
+        if (cause == kBadPose)
+          inputs[1].state.pose_dh.p_m[0] = std::numeric_limits<Real>::quiet_NaN();
+        last = tick.step(inputs);
+      }
+      const std::uint32_t shared = cause == kCore   ? kFaultInternal
+                                   : cause == kStop ? kFaultEmergencyStop
+                                                    : 0u;
+      CHECK(last[0].faults == shared);
+      CHECK((last[1].faults & shared) == shared);
+      CHECK(((last[1].faults & kFaultBadPose) != 0) == (cause == kBadPose));
+    }
   }
 
   TEST_CASE("the same inputs give the same bits") {
