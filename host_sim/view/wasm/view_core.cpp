@@ -84,6 +84,12 @@ Vec3 vector_in(const double* v) {
   return {static_cast<Real>(v[0]), static_cast<Real>(v[1]), static_cast<Real>(v[2])};
 }
 
+Pose pose_in(const double* p_m, const double* q_xyzw) {
+  const double* const q = q_xyzw;
+  return {vector_in(p_m), Quat(static_cast<Real>(q[3]), static_cast<Real>(q[0]),
+                               static_cast<Real>(q[1]), static_cast<Real>(q[2]))};
+}
+
 void ViewCore::Free::operator()(std::byte* bytes) const noexcept { std::free(bytes); }
 
 RtStatus ViewCore::open(std::span<const std::byte> blob) {
@@ -166,10 +172,7 @@ void ViewCore::step() {
   StepInput step;
   step.sequence = input.sequence;
   step.stamp_ns = input.stamp_ns;
-  step.pose_wa.p_wa = vector_in(input.p_wa_m);
-  const double* q = input.q_wa_xyzw;
-  step.pose_wa.q_wa = Quat(static_cast<Real>(q[3]), static_cast<Real>(q[0]),
-                           static_cast<Real>(q[1]), static_cast<Real>(q[2]));
+  step.pose_wa = pose_in(input.p_wa_m, input.q_wa_xyzw);
   step.twist_valid = input.twist_valid != 0;
   if (step.twist_valid) {
     step.twist_w.linear_w = vector_in(input.twist_w);

@@ -212,6 +212,7 @@ class ViewCore {
 };
 
 [[nodiscard]] Vec3 vector_in(const double* v);
+[[nodiscard]] Pose pose_in(const double* p_m, const double* q_xyzw);
 
 /// A line for each member of the structures input, drive, result, scene and live (LiveState of
 /// tools/live/live_state.hpp, the message of a live session): structure, name, offset, type (f64,

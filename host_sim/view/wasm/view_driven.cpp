@@ -47,10 +47,7 @@ StepResult ViewCore::step_hands(const StepInput& first) {
   StepInput second;
   second.sequence = first.sequence;
   second.stamp_ns = first.stamp_ns;
-  second.pose_wa.p_wa = vector_in(given.p_m);
-  const double* q = given.q_xyzw;
-  second.pose_wa.q_wa = Quat(static_cast<Real>(q[3]), static_cast<Real>(q[0]),
-                             static_cast<Real>(q[1]), static_cast<Real>(q[2]));
+  second.pose_wa = pose_in(given.p_m, given.q_xyzw);
   const Hands::Each<StepResult> made = parts_->hands.step({&first, &second});
   second_ = made[1];
   return made[0];

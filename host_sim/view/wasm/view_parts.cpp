@@ -5,13 +5,6 @@
 namespace haptic::sim {
 namespace {
 
-Pose pose_at(const PartPlace& place) {
-  const auto real = [](double x) { return static_cast<Real>(x); };
-  const double *p = place.p_wa_m, *q = place.q_wa_xyzw;
-  return {Vec3(real(p[0]), real(p[1]), real(p[2])),
-          Quat(real(q[3]), real(q[0]), real(q[1]), real(q[2]))};
-}
-
 Vec3 grip_of(const SceneView& scene) {
   const double* const grip = scene.bodies()[0].reference_m;
   return {static_cast<Real>(grip[0]), static_cast<Real>(grip[1]), static_cast<Real>(grip[2])};
@@ -31,7 +24,7 @@ std::uint32_t ViewCore::hold(std::uint32_t part) {
   if (SceneView::open(parts_->scenes.scene_of(part), held) != RtStatus::kOk ||
       hand.prepare(part) != RtStatus::kOk)
     return kHoldRefused;
-  Pose lead = pose_at(hand.places()[part]);
+  Pose lead = pose_of(hand.places()[part]);
   lead.p_wa += lead.q_wa * (grip_of(held) - grip_of(view_));
   for (int k = 0; k < 3; ++k) answer.numbers.push_back(static_cast<double>(lead.p_wa[k]));
   for (int k = 0; k < 4; ++k) answer.numbers.push_back(static_cast<double>(lead.q_wa.coeffs()[k]));
