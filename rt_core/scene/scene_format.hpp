@@ -307,7 +307,7 @@ struct DrivenRecord {
   Lead lead;
   /// Its owner moves it no faster; its weight lets it sink no faster; > 0.
   double fastest_m_per_s, fastest_rad_per_s;
-  double late_s;       ///< without a newer pose for longer it stays where it is; > 0
+  double late_s;       ///< without a newer pose for longer it stays; of a loose part: a tick; > 0
   double push_n;       ///< largest force of what leads it: beyond, an anchor gives way; > 0
   double ratio;        ///< stiffness of that spring over that of the hand's; > 1
   double middle_m[3];  ///< point of it that the law turns it about, in its mesh frame
