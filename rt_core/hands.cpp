@@ -11,24 +11,13 @@ RtStatus Hands::begin(const PartScenes& parts, const Each<PartHand::Room>& rooms
 }
 
 RtStatus Hands::open_law(const PartScenes& parts, std::span<std::byte> memory) noexcept {
-  JointScenes scenes;
-  scenes.hands = kMostHands;
-  bool meets = false;
-  RtStatus status = RtStatus::kOk;
-  for (std::uint32_t k = 0; k < kMostHands && status == RtStatus::kOk; ++k)
-    status = PartHand::open_driven(parts, k, hands_[k].sides_[0], scenes.of[k], meets);
-  if (status == RtStatus::kOk) status = hands_[0].open_movers(parts, scenes);
-  for (std::uint32_t a = 0; a < kMostHands && status == RtStatus::kOk; ++a) {
-    const std::span<const std::byte> scene = parts.pair_scene(a, 1 - a);
-    if (scene.empty()) continue;
-    status = SceneView::open(scene, between_);
-    if (status == RtStatus::kOk && !PartHand::is_same_part(between_, hands_[a].scene()))
-      status = RtStatus::kBlobBadNumber;
-    scenes.between = &between_;
-    scenes.between_a = a;
+  HeldParts held;
+  held.count = kMostHands;
+  for (std::uint32_t k = 0; k < kMostHands; ++k) {
+    held.part[k] = k;
+    held.scene[k] = &hands_[k].scene();
   }
-  if (status != RtStatus::kOk) return status;
-  return JointMotion::create(memory, scenes, driven_, motion_);
+  return JointMotion::create(memory, parts, held, driven_, motion_);
 }
 
 RtStatus Hands::begin_two(const PartScenes& parts, const Each<PartHand::Room>& rooms) noexcept {

@@ -73,8 +73,7 @@ class Hands {
 
   std::uint32_t count_ = 0;
   std::array<PartHand, kMostHands> hands_;
-  DrivenParts driven_;  ///< of two hands
-  SceneView between_;
+  DrivenParts driven_;             ///< of two hands
   JointMotion* motion_ = nullptr;  ///< of two hands; else null
 };
 

@@ -36,68 +36,15 @@ bool is_let_go(const StepResult& result) noexcept {
 
 }  // namespace
 
-/// The moving bodies of both scenes are one.
-bool PartHand::is_same_part(const SceneView& one, const SceneView& other) noexcept {
-  const BodyRecord &a = one.bodies()[0], &b = other.bodies()[0];
-  return a.piece_count == b.piece_count &&
-         std::equal(a.reference_m, a.reference_m + 3, b.reference_m);
-}
-
-/// The scenes of the part and each driven one that it may meet.
-RtStatus PartHand::open_driven(const PartScenes& parts, std::uint32_t part, Side& side,
-                               JointScenes::OfHand& of, bool& meets) noexcept {
-  of.held = &side.view;
-  of.meets_standing = parts.meets_standing(part);
-  for (std::uint32_t k = 0; k < parts.driven().size(); ++k) {
-    const std::span<const std::byte> scene = parts.pair_scene(part, parts.driven()[k].part);
-    if (scene.empty()) continue;
-    const RtStatus status = SceneView::open(scene, side.with[k]);
-    if (status != RtStatus::kOk) return status;
-    if (!is_same_part(side.with[k], side.view)) return RtStatus::kBlobBadNumber;
-    of.with[k] = &side.with[k];
-    meets = true;
-  }
-  return RtStatus::kOk;
-}
-
-/// Each loose part with all that stands, with the parts that are held, and the movers with each
-/// other.
-RtStatus PartHand::open_movers(const PartScenes& parts, JointScenes& scenes) noexcept {
-  std::size_t next = 0;
-  RtStatus status = RtStatus::kOk;
-  const auto open = [&](std::span<const std::byte> bytes, const SceneView*& scene) {
-    if (bytes.empty() || status != RtStatus::kOk) return;
-    if (next == mover_scenes_.size()) {
-      status = RtStatus::kBlobBadCount;
-      return;
-    }
-    status = SceneView::open(bytes, mover_scenes_[next]);
-    scene = &mover_scenes_[next++];
-  };
-  const std::span<const DrivenRecord> movers = parts.driven();
-  for (std::size_t k = 0; k < movers.size(); ++k) {
-    const std::uint32_t part = movers[k].part;
-    JointScenes::OfMover& of = scenes.movers[k];
-    if (movers[k].lead == Lead::kOwner) continue;
-    if (parts.meets_standing(part)) open(parts.scene_of(part), of.standing);
-    for (std::uint32_t hand = 0; hand < parts.hands(); ++hand)
-      open(parts.pair_scene(part, hand), of.with_hand[hand]);
-    for (std::size_t other = 0; other < movers.size(); ++other)
-      open(parts.pair_scene(part, movers[other].part), of.with[other]);
-  }
-  return status;
-}
-
 /// The law of the part among those of the driven ones that it may meet.
 RtStatus PartHand::open_law(std::uint32_t part, Side& side) noexcept {
   side.motion = nullptr;
-  JointScenes scenes;
-  bool meets = false;
-  RtStatus status = open_driven(*parts_, part, side, scenes.of[0], meets);
-  if (status == RtStatus::kOk) status = open_movers(*parts_, scenes);
-  if (status != RtStatus::kOk || !(meets || parts_->has_loose())) return status;
-  status = JointMotion::create(side.room.law, scenes, *driven_, side.motion);
-  if (status == RtStatus::kOk) side.core->join(&side.motion->of_hand(0));
+  if (parts_->driven().empty()) return RtStatus::kOk;
+  HeldParts held;
+  held.part[0] = part;
+  held.scene[0] = &side.view;
+  const RtStatus status = JointMotion::create(side.room.law, *parts_, held, *driven_, side.motion);
+  if (status == RtStatus::kOk && side.motion != nullptr) side.core->join(&side.motion->of_hand(0));
   return status;
 }
 

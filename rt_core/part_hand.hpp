@@ -102,8 +102,7 @@ class PartHand {
     Room room;
     SceneView view;
     HapticCore* core = nullptr;
-    std::array<SceneView, kMostDriven> with;  ///< scenes of the part and each driven one
-    JointMotion* motion = nullptr;            ///< null: no other moves that it may meet
+    JointMotion* motion = nullptr;  ///< null: no other moves that it may meet
   };
 
   /// As hand `number` of two: it holds its part where that starts, also after the first step, and
@@ -115,11 +114,6 @@ class PartHand {
   [[nodiscard]] RtStatus place(std::uint32_t part, Side& side) noexcept;
   [[nodiscard]] RtStatus open(std::uint32_t part, Side& side) noexcept;
   [[nodiscard]] RtStatus open_law(std::uint32_t part, Side& side) noexcept;
-  /// The scenes of the movers among themselves, of one hand or two.
-  [[nodiscard]] RtStatus open_movers(const PartScenes& parts, JointScenes& scenes) noexcept;
-  [[nodiscard]] static RtStatus open_driven(const PartScenes& parts, std::uint32_t part, Side& side,
-                                            JointScenes::OfHand& of, bool& meets) noexcept;
-  [[nodiscard]] static bool is_same_part(const SceneView& one, const SceneView& other) noexcept;
   /// A tick with a part in the hand: what its core is given, and what its result means.
   [[nodiscard]] StepInput enter(const StepInput& input) noexcept;
   [[nodiscard]] StepResult leave(StepResult result) noexcept;
@@ -133,7 +127,6 @@ class PartHand {
 
   const PartScenes* parts_ = nullptr;
   std::array<Side, 2> sides_;
-  std::array<SceneView, kMostBodyPairs> mover_scenes_;
   std::array<PartPlace, kMostParts> places_;
   DrivenParts own_driven_;
   DrivenParts* driven_ = &own_driven_;  ///< of both hands where there are two

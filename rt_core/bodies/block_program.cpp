@@ -26,7 +26,7 @@ struct BlockNormal {
   std::uint32_t at_a, at_b;
 };
 
-inline Real dot(const BlockNormal& g, const Real* z) noexcept {
+inline Real height_of(const BlockNormal& g, const Real* z) noexcept {
   const Real height = dot_block(g.g_a, z + g.at_a);
   return g.g_b == nullptr ? height : height + dot_block(g.g_b, z + g.at_b);
 }
@@ -114,7 +114,7 @@ class BlockSpace {
     return {r.g_a.data(), r.g_b.data(), place_[r.a] * kBlockSize, place_[r.b] * kBlockSize};
   }
   [[nodiscard]] Real violation(std::uint32_t row) const noexcept {
-    return rows_[row].h - haptic::dot(normal(row), z_.begin());
+    return rows_[row].h - height_of(normal(row), z_.begin());
   }
 
  protected:

@@ -29,7 +29,6 @@ Real turn_between_rad(const Quat& one, const Quat& other) noexcept {
 
 std::span<BodyPair> BodyLaw::place_pairs(Arena& arena, std::span<const BodyPairScene> pairs,
                                          NearScratch& scratch) noexcept {
-  pairs = pairs.first(std::min<std::size_t>(pairs.size(), kMostBodyPairs));
   const std::span<BodyPair> placed = arena.take<BodyPair>(pairs.size());
   NearScratch::Size size;
   BodyPair counted;
@@ -44,38 +43,42 @@ std::span<BodyPair> BodyLaw::place_pairs(Arena& arena, std::span<const BodyPairS
   return placed;
 }
 
-std::span<GripPose> BodyLaw::place_rest(Arena& arena, std::uint32_t bodies,
+std::span<GripPose> BodyLaw::place_rest(Arena& arena, std::uint32_t moving,
                                         BlockProgram& program) noexcept {
-  program.place(arena, bodies, kMostBlockRows);
-  return arena.take<GripPose>(std::size_t{kMaxProxyPasses} * bodies);
+  program.place(arena, moving, kMostBlockRows);
+  return arena.take<GripPose>(std::size_t{kMaxProxyPasses} * moving);
 }
 
-void BodyLaw::place(Arena& arena, std::span<const BodyPairScene> pairs,
+void BodyLaw::place(Arena& arena, std::span<const BodyPairScene> pairs, std::uint32_t moving,
                     std::uint32_t bodies) noexcept {
-  count_ = std::min(bodies, kMostMovingBodies);
-  pairs_ = place_pairs(arena, pairs, scratch_);
+  count_ = std::min(moving, kMostMovingBodies);
+  bodies_ = arena.take<Body>(std::clamp(bodies, count_, kMostBodies));
+  slots_ = place_pairs(arena, pairs, scratch_);
   way_ = place_rest(arena, count_, program_);
 }
 
 // It takes most of the stack that a function may: a frame of its own.
 [[gnu::noinline]] void BodyLaw::count_bytes(Arena& arena, std::span<const BodyPairScene> pairs,
-                                            std::uint32_t bodies) noexcept {
+                                            std::uint32_t moving, std::uint32_t bodies) noexcept {
   NearScratch scratch;
   BlockProgram program;
+  moving = std::min(moving, kMostMovingBodies);
+  static_cast<void>(arena.take<Body>(std::clamp(bodies, moving, kMostBodies)));
   static_cast<void>(place_pairs(arena, pairs, scratch));
-  static_cast<void>(place_rest(arena, std::min(bodies, kMostMovingBodies), program));
+  static_cast<void>(place_rest(arena, moving, program));
 }
 
 void BodyLaw::read_scenes(std::span<const BodyPairScene> pairs) noexcept {
-  for (std::size_t k = 0; k < pairs_.size(); ++k) pairs_[k].read_scene(*pairs[k].scene);
+  for (std::size_t k = 0; k < slots_.size(); ++k) slots_[k].read_scene(*pairs[k].scene);
 }
 
 void BodyLaw::configure(const Parameters& parameters, std::span<const BodyPairScene> pairs,
                         std::span<const MovingBody> bodies) noexcept {
   parameters_ = parameters;
   parameters_.passes = std::min(parameters.passes, kMaxProxyPasses);
-  for (std::uint32_t i = 0; i < count_; ++i) bodies_[i].is = bodies[i];
-  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) bodies_[i].is = bodies[i];
+  pairs_.clear();
+  for (std::size_t k = 0; k < slots_.size(); ++k) {
     BodyPair::Parameters p;
     p.a = pairs[k].a;
     p.b = pairs[k].b;
@@ -84,23 +87,55 @@ void BodyLaw::configure(const Parameters& parameters, std::span<const BodyPairSc
     p.epsilon_m = parameters.epsilon_m;
     p.passes = parameters_.passes;
     p.work_units = parameters.work_units;
-    pairs_[k].configure(p);
+    slots_[k].configure(p);
+    if (pairs[k].is_open) static_cast<void>(pairs_.insert(slots_[k]));
   }
 }
 
 void BodyLaw::begin(std::span<const GripPose> poses) noexcept {
-  for (std::uint32_t i = 0; i < count_; ++i) {
-    bodies_[i].p = bodies_[i].goal = poses[i];
-    bodies_[i].potential_j = bodies_[i].start_j = 0;
-    bodies_[i].came_m = bodies_[i].came_rad = 0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    Body& body = bodies_[i];
+    const MovingBody is = body.is;
+    body = Body{};
+    body.is = is;
+    body.p = body.goal = poses[i];
   }
   for (BodyPair& pair : pairs_) pair.reset(bodies_[pair.a()].p, of_b(pair).p);
-  force_m_.fill(BodyMotion{});
   steps_ = 0;
   held_ = slow_ = behind_ticks_ = 0;
   still_ = settled_ = choose_from_start_ = false;
   last_ = BodiesTick{};
 }
+
+void BodyLaw::exchange(std::uint32_t moving, std::uint32_t resting) noexcept {
+  std::swap(bodies_[moving], bodies_[resting]);
+  // It is where it is, in each way that the pairs ask for that.
+  Body& rests = bodies_[resting];
+  rests.goal_way = rests.error = rests.carry = rests.pull = rests.wish = BodyMotion{};
+  rests.pull_share = rests.share = rests.weight = 1;
+  rests.came_m = rests.came_rad = 0;
+  rests.is_touched = false;
+  const auto other = [&](std::uint32_t body) {
+    return body == moving ? resting : body == resting ? moving : body;
+  };
+  for (BodyPair& pair : pairs_) {
+    const std::uint32_t a = other(pair.a()), b = pair.has_b() ? other(pair.b()) : kStanding;
+    pair.set_bodies(a, b, pair.grip_b_m());
+  }
+  held_ = 0;
+  settled_ = still_ = false;
+}
+
+bool BodyLaw::open_pair(std::uint32_t pair, std::uint32_t a, std::uint32_t b) noexcept {
+  BodyPair& slot = slots_[pair];
+  if (!pairs_.insert(slot)) return false;
+  slot.set_bodies(a, b, b != kStanding ? bodies_[b].is.grip_m : Vec3(Vec3::Zero()));
+  slot.reset(bodies_[a].p, of_b(slot).p);
+  settled_ = false;
+  return true;
+}
+
+void BodyLaw::close_pair(std::uint32_t pair) noexcept { pairs_.remove(slots_[pair]); }
 
 bool BodyLaw::has_friction() const noexcept {
   return std::any_of(pairs_.begin(), pairs_.end(),
@@ -115,7 +150,8 @@ bool BodyLaw::sticks() const noexcept {
 bool BodyLaw::may_move() const noexcept {
   const ProxyScale& scale = parameters_.scale;
   return std::all_of(bodies().begin(), bodies().end(), [&](const Body& body) {
-    return body.way_left_m > scale.still_m && body.turn_left_rad > scale.still_rad;
+    return !(body.most_m > 0) ||
+           (body.way_left_m > scale.still_m && body.turn_left_rad > scale.still_rad);
   });
 }
 
@@ -165,6 +201,10 @@ void BodyLaw::bound_moves(std::span<const GripPose> goals) noexcept {
     body.turn_left_rad = body.came_rad + others_rad +
                          std::max(kReleaseTurn_n * body.is.radius_m / spring.k_r_nm_per_rad,
                                   kReleaseShare * norm_of(body.error.rotation_rad));
+  }
+  for (Body& body : bodies()) {
+    body.way_left_m = std::min(body.way_left_m, body.most_m);
+    body.turn_left_rad = std::min(body.turn_left_rad, body.most_m / body.is.radius_m);
   }
 }
 
@@ -253,7 +293,8 @@ Real BodyLaw::given_j(std::uint32_t body) const noexcept {
 
 Wrench BodyLaw::contact_w(std::uint32_t body) const noexcept {
   const Real k_n_per_m = bodies_[0].is.spring.k_t_n_per_m;
-  return {k_n_per_m * force_m_[body].translation_m, k_n_per_m * force_m_[body].rotation_rad};
+  const BodyMotion& force_m = bodies_[body].force_m;
+  return {k_n_per_m * force_m.translation_m, k_n_per_m * force_m.rotation_rad};
 }
 
 Wrench BodyLaw::spring_w(std::uint32_t body) const noexcept {

@@ -8,19 +8,26 @@
 /// accepted only when every pair of bodies certifies it. After every pass all bodies are free, and
 /// the sum of the energies has not risen. A body that is to push others and never to yield has a
 /// spring many times as stiff.
+///
+/// A law may have more bodies than move in a tick. The first ones move; the others rest where they
+/// are, as hard as what stands. Between ticks one that moves and one that rests may change places.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
 #include "rt_core/bodies/block_program.hpp"
 #include "rt_core/bodies/body_pair.hpp"
+#include "rt_core/bodies/open_pairs.hpp"
 
 namespace haptic {
 
 /// Bodies that move at once, at most, and pairs of them with each other and with what stands.
 inline constexpr std::uint32_t kMostMovingBodies = kMostBlocks;
 inline constexpr std::uint32_t kMostBodyPairs = kMostMovingBodies * (kMostMovingBodies + 1) / 2;
+/// Bodies of a law, those that rest among them.
+inline constexpr std::uint32_t kMostBodies = 64;
 
 /// Two bodies that may touch: a scene in which `a` moves and `b`, alone, stands at its mesh frame;
 /// with `b` kStanding all that stands does, in W. Of solids or surfaces, for law proxy. Bounds of
@@ -28,6 +35,7 @@ inline constexpr std::uint32_t kMostBodyPairs = kMostMovingBodies * (kMostMoving
 struct BodyPairScene {
   std::uint32_t a = 0, b = kStanding;
   const SceneView* scene = nullptr;
+  bool is_open = true;  ///< false: a slot for any two bodies that have this scene (open_pair)
 };
 
 /// A body that moves.
@@ -65,10 +73,12 @@ class BodyLaw {
     Real epsilon_m = 0;
   };
 
-  /// Places everything. At most kMostBodyPairs pairs of `bodies` bodies.
-  void place(Arena& arena, std::span<const BodyPairScene> pairs, std::uint32_t bodies) noexcept;
+  /// Places everything: `bodies` bodies, of which `moving` move. At most kMostOpenPairs pairs may
+  /// be open at once.
+  void place(Arena& arena, std::span<const BodyPairScene> pairs, std::uint32_t moving,
+             std::uint32_t bodies) noexcept;
   /// Counts in `arena`, one that only counts, what place() takes.
-  static void count_bytes(Arena& arena, std::span<const BodyPairScene> pairs,
+  static void count_bytes(Arena& arena, std::span<const BodyPairScene> pairs, std::uint32_t moving,
                           std::uint32_t bodies) noexcept;
   /// Rounds of one pass, at most.
   [[nodiscard]] static std::uint32_t most_rounds(std::uint32_t bodies) noexcept;
@@ -80,12 +90,28 @@ class BodyLaw {
   /// Forgets all contacts; the bodies are at `poses`, which must be free, with their goals there.
   void begin(std::span<const GripPose> poses) noexcept;
 
-  /// Moves the bodies towards their goals. Cost: bounded by the caps of the proxy times the pairs
-  /// of bodies; no heap.
+  /// From the next tick on body `resting`, which must be one that rests, moves in place of body
+  /// `moving`, which rests where it is: they change numbers, and their pairs follow them. Pairs of
+  /// bodies that all rest must have been closed. Cost: O(open pairs).
+  void exchange(std::uint32_t moving, std::uint32_t resting) noexcept;
+  /// From the next tick on slot `pair` is asked, for these two bodies, of which one moves; `b` may
+  /// be kStanding. False: too many are open. Cost: O(open pairs) and a reset.
+  [[nodiscard]] bool open_pair(std::uint32_t pair, std::uint32_t a, std::uint32_t b) noexcept;
+  void close_pair(std::uint32_t pair) noexcept;
+  /// From the next tick on the body goes no farther in one than `most_m`, and turns no farther than
+  /// that takes its radius.
+  void limit_way(std::uint32_t body, Real most_m) noexcept { bodies_[body].most_m = most_m; }
+
+  /// Moves the bodies towards their goals, one for each that moves. Cost: bounded by the caps of
+  /// the proxy times the pairs of bodies; no heap.
   [[nodiscard]] BodiesTick tick(std::span<const GripPose> goals) noexcept;
 
+  /// Those that move.
   [[nodiscard]] std::uint32_t body_count() const noexcept { return count_; }
   [[nodiscard]] const GripPose& pose(std::uint32_t body) const noexcept { return bodies_[body].p; }
+  [[nodiscard]] Real radius_m(std::uint32_t body) const noexcept {
+    return bodies_[body].is.radius_m;
+  }
   /// Energy of its spring at the end of the last tick [J]. Others may have raised it.
   [[nodiscard]] Real potential_j(std::uint32_t body) const noexcept {
     return bodies_[body].potential_j;
@@ -100,9 +126,12 @@ class BodyLaw {
   [[nodiscard]] Wrench contact_w(std::uint32_t body) const noexcept;
   /// Wrench of its spring on its owner: -K g.
   [[nodiscard]] Wrench spring_w(std::uint32_t body) const noexcept;
-  [[nodiscard]] std::span<const BodyPair> pairs() const noexcept { return pairs_; }
-  [[nodiscard]] std::span<BodyPair> pairs() noexcept { return pairs_; }
-  /// Poses of all bodies after each pass of the last tick that moved them: for judges.
+  /// Those that are open.
+  [[nodiscard]] const OpenPairs& pairs() const noexcept { return pairs_; }
+  [[nodiscard]] OpenPairs& pairs() noexcept { return pairs_; }
+  /// A slot, open or not.
+  [[nodiscard]] const BodyPair& slot(std::uint32_t pair) const noexcept { return slots_[pair]; }
+  /// Poses of the bodies that move after each pass of the last tick that moved them: for judges.
   [[nodiscard]] std::uint32_t steps_of_tick() const noexcept { return steps_; }
   [[nodiscard]] std::span<const GripPose> after_step(std::uint32_t step) const noexcept {
     return way_.subspan(std::size_t{step} * count_, count_);
@@ -119,6 +148,7 @@ class BodyLaw {
     Real potential_j = 0, start_j = 0;  ///< at the end and the start of the tick, one goal
 
     Real came_m = 0, came_rad = 0;  ///< what its goal has come since the law was not behind
+    Real most_m = kUnbounded;       ///< limit_way()
     Real way_left_m = 0, turn_left_rad = 0;  ///< what it may move by in the rest of the tick
 
     BodyMotion goal_way;      ///< of its goal in this tick
@@ -131,8 +161,9 @@ class BodyLaw {
     BodyMotion wish;          ///< the step that the last program asks for
     Real share = 1;           ///< of the wish, where its way is not certified
     bool is_touched = false;  ///< a row with a multiplier acts on it
+    BodyMotion force_m;       ///< of its contacts, over the stiffness of the first body
   };
-  /// Where all bodies go in a pass, and the ends of that.
+  /// Where the bodies that move go in a pass, and the ends of that.
   struct Step {
     std::array<BodyMotion, kMostMovingBodies> motion;
     std::array<GripPose, kMostMovingBodies> q;
@@ -149,12 +180,19 @@ class BodyLaw {
   [[nodiscard]] static std::span<BodyPair> place_pairs(Arena& arena,
                                                        std::span<const BodyPairScene> pairs,
                                                        NearScratch& scratch) noexcept;
-  [[nodiscard]] static std::span<GripPose> place_rest(Arena& arena, std::uint32_t bodies,
+  [[nodiscard]] static std::span<GripPose> place_rest(Arena& arena, std::uint32_t moving,
                                                       BlockProgram& program) noexcept;
-  [[nodiscard]] std::span<Body> bodies() noexcept { return std::span(bodies_).first(count_); }
-  [[nodiscard]] std::span<const Body> bodies() const noexcept {
-    return std::span(bodies_).first(count_);
+  /// Those that move.
+  [[nodiscard]] std::span<Body> bodies() noexcept { return bodies_.first(count_); }
+  [[nodiscard]] std::span<const Body> bodies() const noexcept { return bodies_.first(count_); }
+  [[nodiscard]] bool moves(std::uint32_t body) const noexcept { return body < count_; }
+  /// The one of the pair's bodies that moves; A where both do.
+  [[nodiscard]] std::uint32_t mover_of(const BodyPair& pair) const noexcept {
+    return moves(pair.a()) ? pair.a() : pair.b();
   }
+  /// The same as a block of the program, and B's; kNoBlock: what rests or stands.
+  [[nodiscard]] BlockRow on_blocks(const BodyPair& pair, BlockRow row) const noexcept;
+  void set_step(BodyPair& pair, const Step& step) const noexcept;
   [[nodiscard]] const Body& of_b(const BodyPair& pair) const noexcept {
     return bodies_[pair.has_b() ? pair.b() : pair.a()];
   }
@@ -187,15 +225,15 @@ class BodyLaw {
   void remember_active() noexcept;
 
   Parameters parameters_;
-  std::uint32_t count_ = 0;
-  std::array<Body, kMostMovingBodies> bodies_;
-  std::span<BodyPair> pairs_;
+  std::uint32_t count_ = 0;  ///< bodies that move: the first ones
+  std::span<Body> bodies_;
+  std::span<BodyPair> slots_;
+  OpenPairs pairs_;
   BlockProgram program_;
   NearScratch scratch_;
   std::span<GripPose> way_;
   std::uint32_t steps_ = 0;
-  std::array<BodyMotion, kMostMovingBodies> force_m_;  ///< over the stiffness of the first body
-  std::array<Real, kMostBodyPairs> tried_m_{};  ///< relative motion of the step tried last, by pair
+  std::array<Real, kMostOpenPairs> tried_m_{};  ///< relative motion of the step tried last, by pair
 
   // Between ticks: is there nothing more to do?
   std::uint32_t held_ = 0;          ///< ticks in a row with these goals

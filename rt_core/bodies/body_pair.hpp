@@ -75,6 +75,13 @@ class BodyPair {
   [[nodiscard]] std::uint32_t b() const noexcept { return parameters_.b; }
   [[nodiscard]] bool has_b() const noexcept { return parameters_.b != kStanding; }
   [[nodiscard]] Real radius_m() const noexcept { return radius_m_; }
+  [[nodiscard]] const Vec3& grip_b_m() const noexcept { return parameters_.grip_b_m; }
+  /// It is of these bodies from now on. `grip_b_m`: of b, in its mesh frame, where there is one.
+  void set_bodies(std::uint32_t a, std::uint32_t b, const Vec3& grip_b_m) noexcept {
+    parameters_.a = a;
+    parameters_.b = b;
+    parameters_.grip_b_m = grip_b_m;
+  }
 
   /// Forgets all contacts; the bodies are at these poses. `b` counts where there is one.
   void reset(const GripPose& a, const GripPose& b) noexcept;

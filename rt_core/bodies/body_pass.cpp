@@ -269,8 +269,9 @@ void BodyLaw::lead_out(ProxyTick& tick) noexcept {
   for (BodyPair& pair : pairs_) {
     if (!pair.is_inside()) continue;
     const Vec3 way_w = pair.way_out_w(tick);
-    const bool moves_b = pair.has_b() && bodies_[pair.b()].is.spring.k_t_n_per_m <
-                                             bodies_[pair.a()].is.spring.k_t_n_per_m;
+    const bool is_b_softer = pair.has_b() && bodies_[pair.b()].is.spring.k_t_n_per_m <
+                                                 bodies_[pair.a()].is.spring.k_t_n_per_m;
+    const bool moves_b = pair.has_b() && moves(pair.b()) && (is_b_softer || !moves(pair.a()));
     if (moves_b) {
       motion[pair.b()].translation_m -= way_w;
     } else {
@@ -278,10 +279,7 @@ void BodyLaw::lead_out(ProxyTick& tick) noexcept {
     }
   }
   const Step step = step_by(motion);
-  for (BodyPair& pair : pairs_) {
-    const std::uint32_t b = pair.has_b() ? pair.b() : pair.a();
-    pair.set_step(step.q[pair.a()], step.q[b], step.motion[pair.a()], step.motion[b]);
-  }
+  for (BodyPair& pair : pairs_) set_step(pair, step);
   accept(step, false);
   moved_little_ = false;
   tick.limited = true;

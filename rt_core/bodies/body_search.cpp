@@ -77,9 +77,9 @@ void BodyLaw::StepSearch::push_rows() noexcept {
     const BodyPair& pair = law_.pairs_[k];
     pair_begin_[k] = static_cast<std::uint16_t>(law_.program_.rows());
     for (std::uint32_t i = 0; i < pair.row_count(); ++i) {
-      BlockRow row = pair.row(i);
-      scaled(row.g_a, law_.bodies_[pair.a()]);
-      if (pair.has_b()) scaled(row.g_b, law_.bodies_[pair.b()]);
+      BlockRow row = law_.on_blocks(pair, pair.row(i));
+      scaled(row.g_a, law_.bodies_[row.a]);
+      if (row.b != kNoBlock) scaled(row.g_b, law_.bodies_[row.b]);
       if (!law_.program_.push(row)) {
         tick_.limited = true;
         break;
@@ -258,8 +258,8 @@ bool BodyLaw::StepSearch::bound_by_pairs() noexcept {
       cut_ = true;
     }
     law_.tried_m_[k] = s * motion_m;
-    s_[pair.a()] = std::min(s_[pair.a()], s);
-    if (pair.has_b()) s_[pair.b()] = std::min(s_[pair.b()], s);
+    if (law_.moves(pair.a())) s_[pair.a()] = std::min(s_[pair.a()], s);
+    if (pair.has_b() && law_.moves(pair.b())) s_[pair.b()] = std::min(s_[pair.b()], s);
   }
   return true;
 }
@@ -297,7 +297,8 @@ void BodyLaw::StepSearch::bound_together() noexcept {
     for (std::size_t k = 0; k < law_.pairs_.size(); ++k) {
       const BodyPair& pair = law_.pairs_[k];
       const std::uint32_t a = pair.a(), b = pair.b();
-      if (!pair.has_b() || (s_[a] == s_[b] && s_turn_[a] == s_turn_[b])) continue;
+      if (!pair.has_b() || !law_.moves(a) || !law_.moves(b)) continue;
+      if (s_[a] == s_[b] && s_turn_[a] == s_turn_[b]) continue;
       const auto going = [&](std::uint32_t i) {
         const BodyMotion& wish = law_.bodies_[i].wish;
         return BodyMotion{s_[i] * wish.translation_m, s_turn_[i] * wish.rotation_rad};
@@ -371,7 +372,8 @@ BodyLaw::StepSearch::Round BodyLaw::StepSearch::impose_lacking(const Check& resu
   BodyPair& pair = law_.pairs_[result.worst];
   const Real least_share = nearer_ < kMostNearer ? kNearerShare : kLeastRoom;
   Real share = 1;
-  if (!pair.impose_lacking(-scale_.tolerance_m / 2, s_[pair.a()], least_share, share, tick_))
+  const Real taken = s_[law_.mover_of(pair)];
+  if (!pair.impose_lacking(-scale_.tolerance_m / 2, taken, least_share, share, tick_))
     return Round::kNone;
   if (share < 1) {
     law_.shorten(pair, share);

@@ -52,7 +52,7 @@ class BodyLaw::StepSearch {
   Real tried_rad_ = 0;      ///< relative turn of the last step, of pairs with something near
   std::uint32_t round_ = 0, retry_at_;
   Real most_m_ = std::numeric_limits<Real>::max(), most_rad_;   ///< of a step with something near
-  std::array<std::uint16_t, kMostBodyPairs + 1> pair_begin_{};  ///< of each pair's rows
+  std::array<std::uint16_t, kMostOpenPairs + 1> pair_begin_{};  ///< of each pair's rows
   std::uint32_t cone_programs_ = 0, shift_programs_ = 0;
   std::array<Real, kMostMovingBodies> s_{}, s_turn_{};  ///< shares of way and turn of each body
   bool far_rows_ = false;      ///< rows linearised away from p are in the program

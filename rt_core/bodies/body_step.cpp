@@ -64,6 +64,24 @@ bool BodyLaw::gains_nothing(const Step& step) const noexcept {
   return start_j - sum_j(step) < kIdleShare * start_j;
 }
 
+void BodyLaw::set_step(BodyPair& pair, const Step& step) const noexcept {
+  const auto motion = [&](std::uint32_t i) { return moves(i) ? step.motion[i] : BodyMotion{}; };
+  const auto end = [&](std::uint32_t i) -> const GripPose& {
+    return moves(i) ? step.q[i] : bodies_[i].p;
+  };
+  const std::uint32_t a = pair.a(), b = pair.has_b() ? pair.b() : a;
+  pair.set_step(end(a), end(b), motion(a), motion(b));
+}
+
+BlockRow BodyLaw::on_blocks(const BodyPair& pair, BlockRow row) const noexcept {
+  if (pair.has_b() && !moves(pair.b())) row.b = kNoBlock;
+  if (moves(pair.a())) return row;
+  row.a = row.b;
+  row.g_a = row.g_b;
+  row.b = kNoBlock;
+  return row;
+}
+
 void BodyLaw::shorten(const BodyPair& pair, Real share) noexcept {
   bodies_[pair.a()].share *= share;
   if (pair.has_b()) bodies_[pair.b()].share *= share;
@@ -74,11 +92,10 @@ void BodyLaw::shorten(const BodyPair& pair, Real share) noexcept {
 BodyLaw::Check BodyLaw::check(const Step& step, Real least_m, bool knows_last,
                               ProxyTick& tick) noexcept {
   Check result;
-  std::array<Real, kMostBodyPairs> share;
+  std::array<Real, kMostOpenPairs> share;
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     BodyPair& pair = pairs_[k];
-    const std::uint32_t b = pair.has_b() ? pair.b() : pair.a();
-    pair.set_step(step.q[pair.a()], step.q[b], step.motion[pair.a()], step.motion[b]);
+    set_step(pair, step);
     const BodyPair::Check found = pair.check(least_m, knows_last, tick);
     share[k] = found.ok ? Real{1} : found.share;
     result.ok = result.ok && found.ok;
@@ -127,7 +144,7 @@ bool BodyLaw::correct(Step& step, ProxyTick& tick) noexcept {
           row.g_a[c] = n / bodies_[pair.a()].weight;
           if (pair.has_b()) row.g_b[c] = -n / bodies_[pair.b()].weight;
         }
-        return program_.push(row);
+        return program_.push(on_blocks(pair, row));
       });
       if (!fits) return false;
     }
@@ -149,12 +166,12 @@ bool BodyLaw::correct(Step& step, ProxyTick& tick) noexcept {
 /// Planes with a multiplier, and what they push with: a program for a share of the errors tells
 /// that share of it.
 void BodyLaw::remember_active() noexcept {
-  for (BodyMotion& force : force_m_) force = BodyMotion{};
+  for (Body& body : bodies_) body.force_m = BodyMotion{};
   for (BodyPair& pair : pairs_) {
     pair.remember_active();
     BodyMotion none;
-    pair.add_forces(1 / bodies_[pair.a()].pull_share, force_m_[pair.a()],
-                    pair.has_b() ? force_m_[pair.b()] : none);
+    pair.add_forces(1 / bodies_[mover_of(pair)].pull_share, bodies_[pair.a()].force_m,
+                    pair.has_b() ? bodies_[pair.b()].force_m : none);
   }
 }
 

@@ -136,6 +136,11 @@ void DrivenParts::give_way(std::uint32_t k, Real most_m, Real most_rad) noexcept
   state.commanded_wa = {anchor.x0_w - anchor.r_wa * middle_of(records_[k]), anchor.q_wa};
 }
 
+void DrivenParts::rest(std::uint32_t k) noexcept {
+  states_[k].pushed_w = Wrench{};
+  states_[k].touched_by = 0;
+}
+
 void DrivenParts::pass(std::uint32_t k) noexcept {
   if (records_[k].lead != Lead::kOwner) return;
   DrivenState& state = states_[k];

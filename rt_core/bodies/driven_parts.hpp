@@ -71,6 +71,8 @@ class DrivenParts {
             std::uint32_t touched_by) noexcept;
   /// Beyond these the anchor of a loose part follows it, after take(). Others have none.
   void give_way(std::uint32_t k, Real most_m, Real most_rad) noexcept;
+  /// It stood in this tick, for others move that are nearer to a hand.
+  void rest(std::uint32_t k) noexcept;
   /// Nothing that moves meets it: it is where its owner has it.
   void pass(std::uint32_t k) noexcept;
 

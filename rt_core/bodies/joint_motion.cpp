@@ -11,8 +11,6 @@
 namespace haptic {
 namespace {
 
-/// In place of the number of a body: the mover is none.
-constexpr std::uint32_t kNoBody = kStanding - 1;
 /// The radius at which a turn of a driven part counts like a displacement, in radii of it.
 constexpr Real kTurnShare = 0.5_r;
 
@@ -46,130 +44,125 @@ std::uint32_t times(std::uint32_t one, std::uint32_t many) noexcept {
 
 }  // namespace
 
-/// Another part that moves may meet it, or it is loose.
-bool JointMotion::meets(const JointScenes& scenes, std::uint32_t mover) noexcept {
-  const JointScenes::OfMover& own = scenes.movers[mover];
-  const auto is_there = [](const SceneView* scene) { return scene != nullptr; };
-  bool meets = own.standing != nullptr ||
-               std::any_of(own.with_hand.begin(), own.with_hand.end(), is_there) ||
-               std::any_of(own.with.begin(), own.with.end(), is_there);
-  for (std::uint32_t hand = 0; hand < scenes.hands; ++hand)
-    meets = meets || scenes.of[hand].with[mover] != nullptr;
-  for (const JointScenes::OfMover& other : scenes.movers)
-    meets = meets || other.with[mover] != nullptr;
-  return meets;
+void JointMotion::count_rooms(Arena& arena, JointScenes::Counts counts) noexcept {
+  static_cast<void>(arena.take<SceneView>(counts.views));
+  static_cast<void>(arena.take<std::uint8_t>(counts.kinds));
 }
 
-std::uint32_t JointMotion::body_count(const JointScenes& scenes) noexcept {
-  std::uint32_t count = scenes.hands;
-  for (std::uint32_t k = 0; k < kMostDriven; ++k) count += meets(scenes, k) ? 1u : 0u;
-  return std::min(count, kMostMovingBodies);
-}
-
-/// The pairs in which a mover is A.
-void JointMotion::list_mover(const JointScenes& scenes, std::uint32_t mover,
-                             const std::array<std::uint32_t, kMostDriven>& bodies, Pairs& pairs,
-                             std::uint32_t& count) noexcept {
-  const JointScenes::OfMover& own = scenes.movers[mover];
-  const auto add = [&](std::uint32_t b, const SceneView* scene) {
-    if (scene != nullptr && b != kNoBody && count < pairs.size())
-      pairs[count++] = {bodies[mover], b, scene};
-  };
-  add(kStanding, own.standing);
-  for (std::uint32_t hand = 0; hand < scenes.hands; ++hand) add(hand, own.with_hand[hand]);
-  for (std::uint32_t other = 0; other < kMostDriven; ++other) add(bodies[other], own.with[other]);
-}
-
-/// The hands' parts are the first bodies, and the movers that may meet one of them, or that are
-/// loose, the next. First each hand's part with all that stands there, then with each other, then
-/// with the movers, and these with what they may meet.
-std::uint32_t JointMotion::list_pairs(const JointScenes& scenes, Pairs& pairs) noexcept {
-  std::uint32_t count = 0;
-  for (std::uint32_t hand = 0; hand < scenes.hands; ++hand)
-    if (scenes.of[hand].meets_standing) pairs[count++] = {hand, kStanding, scenes.of[hand].held};
-  const std::uint32_t a = scenes.between_a;
-  if (scenes.between != nullptr) pairs[count++] = {a, 1 - a, scenes.between};
-  std::uint32_t next = scenes.hands;
-  std::array<std::uint32_t, kMostDriven> bodies;
-  bodies.fill(kNoBody);
-  for (std::uint32_t k = 0; k < kMostDriven; ++k) {
-    if (!meets(scenes, k) || next == kMostMovingBodies) continue;
-    bodies[k] = next++;
-    for (std::uint32_t hand = 0; hand < scenes.hands; ++hand) {
-      const SceneView* const with = scenes.of[hand].with[k];
-      if (with != nullptr) pairs[count++] = {hand, bodies[k], with};
-    }
+std::size_t JointMotion::state_bytes(const PartScenes& parts, const JointScenes& scenes,
+                                     std::span<const BodyPairScene> slots) noexcept {
+  Arena counting;
+  count_rooms(counting, JointScenes::count(parts, scenes.held()));
+  static_cast<void>(counting.take<BodyPairScene>(slots.size()));
+  if (scenes.takes_turns()) {
+    static_cast<void>(counting.take<AwakeSet>(1));
+    AwakeSet::count_bytes(counting, scenes);
   }
-  for (std::uint32_t k = 0; k < kMostDriven; ++k)
-    if (bodies[k] != kNoBody) list_mover(scenes, k, bodies, pairs, count);
-  return count;
+  if (scenes.is_needed())
+    BodyLaw::count_bytes(counting, slots, scenes.moving_count(), scenes.count());
+  static_cast<void>(counting.take<MovingBody>(scenes.count()));
+  static_cast<void>(counting.take<GripPose>(scenes.count()));
+  return rounded(sizeof(JointMotion)) + rounded(counting.used());
 }
 
-void JointMotion::place(Arena& arena, const JointScenes& scenes) noexcept {
-  Pairs pairs;
-  const std::uint32_t count = list_pairs(scenes, pairs);
-  hands_ = scenes.hands;
-  met_count_ = 0;
-  for (std::uint32_t k = 0; k < kMostDriven; ++k)
-    if (meets(scenes, k) && hands_ + met_count_ < kMostMovingBodies) met_[met_count_++] = k;
+/// As state_bytes() counts it; each room is taken once it is known to fit into `bytes`.
+RtStatus JointMotion::place(Arena& arena, std::size_t bytes, const PartScenes& parts,
+                            const HeldParts& held) noexcept {
+  const JointScenes::Counts counts = JointScenes::count(parts, held);
+  Arena counting;
+  count_rooms(counting, counts);
+  if (counting.used() > bytes) return RtStatus::kMemoryTooSmall;
   arena.enter(StatePart::kLaw);
-  law_.place(arena, std::span(pairs).first(count), hands_ + met_count_);
+  const std::span<SceneView> views = arena.take<SceneView>(counts.views);
+  const std::span<std::uint8_t> kinds = arena.take<std::uint8_t>(counts.kinds);
+  const RtStatus status = scenes_.open(parts, held, views, kinds);
+  if (status != RtStatus::kOk || !scenes_.is_needed()) return status;
+  const std::uint32_t slots = scenes_.list({});
+  static_cast<void>(counting.take<BodyPairScene>(slots));
+  if (counting.used() > bytes) return RtStatus::kMemoryTooSmall;
+  slots_ = arena.take<BodyPairScene>(slots);
+  static_cast<void>(scenes_.list(slots_));
+  if (state_bytes(parts, scenes_, slots_) > rounded(sizeof(JointMotion)) + bytes)
+    return RtStatus::kMemoryTooSmall;
+  if (scenes_.takes_turns()) {
+    turns_ = arena.take<AwakeSet>(1).data();
+    turns_->place(arena, scenes_);
+  }
+  law_.place(arena, slots_, scenes_.moving_count(), scenes_.count());
+  bodies_ = arena.take<MovingBody>(scenes_.count());
+  starts_ = arena.take<GripPose>(scenes_.count());
+  return RtStatus::kOk;
 }
 
-void JointMotion::configure(const JointScenes& scenes) noexcept {
-  Pairs pairs;
-  const std::uint32_t count = list_pairs(scenes, pairs);
-  const SceneParameters& p = scenes.of[0].held->parameters();
-  std::array<MovingBody, kMostMovingBodies> bodies;
-  Real least_m = 0;
-  for (std::uint32_t hand = 0; hand < hands_; ++hand) {
-    const SceneView& held = *scenes.of[hand].held;
-    MovingBody& part = bodies[hand];
-    part.spring = held_spring_[hand] = coupling_spring(held.parameters().coupling);
-    part.grip_m = vec3_of(held.bodies()[0].reference_m);
-    part.radius_m = scene_size(held).radius_m;
-    least_m = hand == 0 ? part.radius_m : std::min(least_m, part.radius_m);
+MovingBody JointMotion::body_of(std::uint32_t member) const noexcept {
+  MovingBody body;
+  if (member < hands()) {
+    const SceneView& held = *scenes_.held().scene[member];
+    body.spring = held_spring_[member];
+    body.grip_m = vec3_of(held.bodies()[0].reference_m);
+    body.radius_m = scene_size(held).radius_m;
+    return body;
   }
-  for (std::uint32_t j = 0; j < met_count_; ++j) {
-    const DrivenRecord& record = parts_->record(met_[j]);
-    MovingBody& driven = bodies[hands_ + j];
-    driven.spring = driven_spring(bodies[0].spring, record);
-    driven.grip_m = vec3_of(record.middle_m);
-    driven.radius_m = static_cast<Real>(record.radius_m);
-    driven.is_held_back = false;
+  const DrivenRecord& record = parts_->record(scenes_.mover_of(member));
+  body.spring = driven_spring(held_spring_[0], record);
+  body.grip_m = vec3_of(record.middle_m);
+  body.radius_m = static_cast<Real>(record.radius_m);
+  body.is_held_back = false;
+  return body;
+}
+
+void JointMotion::configure_turns(Real tolerance_m) noexcept {
+  std::array<AwakeSet::Member, kMostBodies> members;
+  for (std::uint32_t m = 0; m < bodies_.size(); ++m) {
+    members[m] = {bodies_[m].grip_m, bodies_[m].radius_m, false};
+    if (m >= hands()) members[m].sinks = parts_->record(scenes_.mover_of(m)).lead == Lead::kWeight;
+  }
+  turns_->configure(scenes_, slots_, std::span(members).first(bodies_.size()), tolerance_m);
+}
+
+void JointMotion::configure() noexcept {
+  const SceneParameters& p = scenes_.held().scene[0]->parameters();
+  Real least_m = 0;
+  for (std::uint32_t hand = 0; hand < hands(); ++hand)
+    held_spring_[hand] = coupling_spring(scenes_.held().scene[hand]->parameters().coupling);
+  met_ = 0;
+  for (std::uint32_t m = 0; m < scenes_.count(); ++m) {
+    bodies_[m] = body_of(m);
+    if (m >= hands())
+      met_ |= std::uint64_t{1} << scenes_.mover_of(m);
+    else
+      least_m = m == 0 ? bodies_[m].radius_m : std::min(least_m, bodies_[m].radius_m);
   }
   BodyLaw::Parameters parameters;
-  parameters.scale = proxy_scale(*scenes.of[0].held);
+  parameters.scale = proxy_scale(*scenes_.held().scene[0]);
   parameters.passes = p.coupling.passes;
   parameters.work_units = p.work_units;
   parameters.epsilon_m = static_cast<Real>(p.epsilon_m);
   behind_m_ = kBehind_m * least_m / kBehindFor_m;
-  for (const BodyPairScene& pair : std::span(pairs).first(count)) {
+  for (std::uint32_t k = 0; k < scenes_.kind_count(); ++k) {
     // Rounding is that of the largest coordinates.
-    const ProxyScale scale = proxy_scale(*pair.scene);
+    const ProxyScale scale = proxy_scale(scenes_.scene(static_cast<std::uint8_t>(k)));
     if (scale.tolerance_m > parameters.scale.tolerance_m) parameters.scale = scale;
   }
-  bounds_ = bounds_of(scenes);
-  law_.read_scenes(std::span(pairs).first(count));
-  law_.configure(parameters, std::span(pairs).first(count),
-                 std::span(bodies).first(hands_ + met_count_));
+  bounds_ = bounds_of_tick();
+  law_.read_scenes(slots_);
+  law_.configure(parameters, slots_, bodies_);
+  if (turns_ != nullptr) configure_turns(parameters.scale.tolerance_m);
   for (BodyPair& pair : law_.pairs())
-    if (!pair.has_b() && pair.a() < hands_) told_[pair.a()].over_standing = &pair.proxy();
+    if (!pair.has_b() && pair.a() < hands()) told_[pair.a()].over_standing = &pair.proxy();
 }
 
-SceneCapacity JointMotion::bounds_of(const JointScenes& scenes) noexcept {
-  const JointScenes::OfHand& first = scenes.of[0];
-  const SceneParameters& p = first.held->parameters();
-  SceneCapacity bounds = first.held->header().capacity;
-  if (!first.meets_standing) {
+SceneCapacity JointMotion::bounds_of_tick() const noexcept {
+  const SceneView& first = *scenes_.held().scene[0];
+  const SceneParameters& p = first.parameters();
+  SceneCapacity bounds = first.header().capacity;
+  if (scenes_.kind(0, kStanding) == JointScenes::kNone) {
     bounds.max_work_units = p.work_units;
     bounds.max_list_visits = bounds.max_full_searches = 0;
   }
-  Pairs pairs;
-  const std::uint32_t count = list_pairs(scenes, pairs);
-  const std::uint32_t blocks = body_count(scenes);
-  for (const BodyPairScene& pair : std::span(pairs).first(count)) {
-    if (pair.a == 0 && pair.b == kStanding) continue;  // in it already
+  const std::uint32_t blocks = scenes_.moving_count();
+  for (const BodyPairScene& pair : slots_) {
+    if (pair.is_open && pair.a == 0 && pair.b == kStanding) continue;  // in it already
     const SceneCapacity& more = pair.scene->header().capacity;
     bounds.max_work_units = sum(bounds.max_work_units, more.max_work_units - p.work_units);
     bounds.max_list_visits = sum(bounds.max_list_visits, more.max_list_visits);
@@ -185,24 +178,21 @@ SceneCapacity JointMotion::bounds_of(const JointScenes& scenes) noexcept {
   return bounds;
 }
 
-std::size_t JointMotion::state_bytes(const JointScenes& scenes) noexcept {
-  Arena counting;
-  Pairs pairs;
-  const std::uint32_t count = list_pairs(scenes, pairs);
-  BodyLaw::count_bytes(counting, std::span(pairs).first(count), body_count(scenes));
-  return rounded(sizeof(JointMotion)) + rounded(counting.used());
-}
-
-RtStatus JointMotion::create(std::span<std::byte> memory, const JointScenes& scenes,
-                             DrivenParts& parts, JointMotion*& motion) noexcept {
+RtStatus JointMotion::create(std::span<std::byte> memory, const PartScenes& parts,
+                             const HeldParts& held, DrivenParts& movers,
+                             JointMotion*& motion) noexcept {
   motion = nullptr;
   if (reinterpret_cast<std::uintptr_t>(memory.data()) % kLawAlignment != 0)
     return RtStatus::kMemoryMisaligned;
-  if (memory.size() < state_bytes(scenes)) return RtStatus::kMemoryTooSmall;
-  motion = ::new (static_cast<void*>(memory.data())) JointMotion(parts);  // placement, no heap
-  Arena arena(memory.data() + rounded(sizeof(JointMotion)));
-  motion->place(arena, scenes);
-  motion->configure(scenes);
+  constexpr std::size_t kOwn = rounded(sizeof(JointMotion));
+  if (memory.size() < kOwn) return RtStatus::kMemoryTooSmall;
+  JointMotion* const made =
+      ::new (static_cast<void*>(memory.data())) JointMotion(movers);  // placement, no heap
+  Arena arena(memory.data() + kOwn);
+  const RtStatus status = made->place(arena, memory.size() - kOwn, parts, held);
+  if (status != RtStatus::kOk || !made->scenes_.is_needed()) return status;
+  made->configure();
+  motion = made;
   return RtStatus::kOk;
 }
 
@@ -225,8 +215,7 @@ void JointMotion::feel(std::uint32_t hand) noexcept {
       const std::uint32_t other = is_a ? pair.b() : pair.a();
       const Vec3 normal_w = law_.pose(pair.b()).r_wa * plane.normal_w;
       plane.normal_w = is_a ? normal_w : -normal_w;
-      plane.pair =
-          kMovingPlanes + (other < hands_ ? other : parts_->record(met_[other - hands_]).part);
+      plane.pair = kMovingPlanes + scenes_.part_of(member_at(other));
     }
   }
 }
@@ -234,13 +223,13 @@ void JointMotion::feel(std::uint32_t hand) noexcept {
 /// The hand, as a bit, whose part a pair has beside `body`; 0: none.
 std::uint32_t JointMotion::hands_in(const BodyPair& pair, std::uint32_t body) const noexcept {
   if (!pair.has_b()) return 0;
-  if (pair.b() == body && pair.a() < hands_) return 1u << pair.a();
-  return pair.a() == body && pair.b() < hands_ ? 1u << pair.b() : 0;
+  if (pair.b() == body && pair.a() < hands()) return 1u << pair.a();
+  return pair.a() == body && pair.b() < hands() ? 1u << pair.b() : 0;
 }
 
 /// Where a mover has come to, and with what on it.
 void JointMotion::lead_back(std::uint32_t body) noexcept {
-  const std::uint32_t k = met_[body - hands_];
+  const std::uint32_t k = mover_at(body);
   std::uint32_t touched_by = 0;
   for (const BodyPair& pair : law_.pairs())
     if (pair.felt().plane_count > 0) touched_by |= hands_in(pair, body);
@@ -260,27 +249,29 @@ void JointMotion::lead_back(std::uint32_t body) noexcept {
 }
 
 void JointMotion::lead_back() noexcept {
-  for (std::uint32_t j = 0; j < met_count_; ++j) lead_back(hands_ + j);
-  const auto met = std::span(met_).first(met_count_);
+  for (std::uint32_t body = hands(); body < law_.body_count(); ++body) lead_back(body);
+  for (std::uint32_t body = law_.body_count(); body < scenes_.count(); ++body)
+    parts_->rest(mover_at(body));
   for (std::uint32_t k = 0; k < parts_->count(); ++k)
-    if (std::find(met.begin(), met.end(), k) == met.end()) parts_->pass(k);
+    if ((met_ >> k & 1) == 0) parts_->pass(k);
 }
 
 /// The part of one hand that begins is at its goal. Those of two are there at first; after that the
 /// law goes on, for a hand that begins again is no reason that the other feels anything.
 void JointMotion::begin() noexcept {
   for (SharedMotion& hand : told_) hand.started = true;
-  if (has_begun_ && hands_ > 1) return;
-  std::array<GripPose, kMostMovingBodies> poses;
-  std::copy_n(goals_.begin(), hands_, poses.begin());
-  for (std::uint32_t j = 0; j < met_count_; ++j) poses[hands_ + j] = parts_->felt(met_[j]);
-  law_.begin(std::span(poses).first(hands_ + met_count_));
+  if (has_begun_ && hands() > 1) return;
+  std::copy_n(goals_.begin(), hands(), starts_.begin());
+  for (std::uint32_t m = hands(); m < scenes_.count(); ++m)
+    starts_[m] = parts_->felt(scenes_.mover_of(m));
+  law_.begin(starts_);
+  if (turns_ != nullptr) turns_->begin(law_);
   has_begun_ = true;
 }
 
 /// A hand's part is in another, and comes out.
 bool JointMotion::is_inside(std::uint32_t hand) const noexcept {
-  const std::span<const BodyPair> pairs = law_.pairs();
+  const OpenPairs& pairs = law_.pairs();
   return std::any_of(pairs.begin(), pairs.end(), [&](const BodyPair& pair) {
     const bool has_hand = pair.a() == hand || (pair.has_b() && pair.b() == hand);
     return has_hand && pair.is_recovering();
@@ -309,15 +300,32 @@ void JointMotion::tell(std::uint32_t hand, const BodiesTick& moved, const GripPo
   feel(hand);
 }
 
+GripPose JointMotion::goal_of(std::uint32_t body) const noexcept {
+  return body < hands() ? goals_[body] : parts_->goal(mover_at(body));
+}
+
+/// Which of the loose parts move in this tick.
+void JointMotion::take_turns() noexcept {
+  Real ahead_m = 0;
+  for (std::uint32_t body = 0; body < law_.body_count(); ++body) {
+    if (scenes_.is_loose(member_at(body))) continue;
+    const PoseError way = pose_error(goal_of(body), law_.pose(body));
+    ahead_m = std::max(
+        ahead_m, norm_of(way.translation_m) + law_.radius_m(body) * norm_of(way.rotation_rad));
+  }
+  turns_->choose(law_, ahead_m);
+}
+
 void JointMotion::tick() noexcept {
-  const bool started = std::all_of(told_.begin(), told_.begin() + hands_,
+  const bool started = std::all_of(told_.begin(), told_.begin() + hands(),
                                    [](const SharedMotion& hand) { return hand.started; });
   if (!started) begin();
+  if (turns_ != nullptr) take_turns();
   std::array<GripPose, kMostMovingBodies> goals;
-  std::copy_n(goals_.begin(), hands_, goals.begin());
-  for (std::uint32_t j = 0; j < met_count_; ++j) goals[hands_ + j] = parts_->goal(met_[j]);
-  const BodiesTick moved = law_.tick(std::span(goals).first(hands_ + met_count_));
-  for (std::uint32_t hand = 0; hand < hands_; ++hand) tell(hand, moved, goals[hand]);
+  for (std::uint32_t body = 0; body < law_.body_count(); ++body) goals[body] = goal_of(body);
+  BodiesTick moved = law_.tick(std::span(goals).first(law_.body_count()));
+  moved.limited = moved.limited || (turns_ != nullptr && turns_->is_crowded());
+  for (std::uint32_t hand = 0; hand < hands(); ++hand) tell(hand, moved, goals[hand]);
   lead_back();
 }
 

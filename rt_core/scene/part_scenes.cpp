@@ -74,11 +74,14 @@ std::span<const std::byte> PartScenes::scene_of(std::uint32_t part) const noexce
 
 std::span<const std::byte> PartScenes::pair_scene(std::uint32_t a, std::uint32_t b) const noexcept {
   for (const BodyPairRecord& pair : pairs_) {
-    if (pair.a != a || pair.b != b) continue;
-    return scenes_.subspan(static_cast<std::size_t>(pair.scene_begin),
-                           static_cast<std::size_t>(pair.scene_bytes));
+    if (pair.a == a && pair.b == b) return scene_of(pair);
   }
   return {};
+}
+
+std::span<const std::byte> PartScenes::scene_of(const BodyPairRecord& pair) const noexcept {
+  return scenes_.subspan(static_cast<std::size_t>(pair.scene_begin),
+                         static_cast<std::size_t>(pair.scene_bytes));
 }
 
 /// It is driven, loose, or one of those that two hands hold.
@@ -106,7 +109,14 @@ bool PartScenes::holds_bytes(std::uint64_t begin, std::uint64_t bytes) const noe
 
 /// Checks what the scene says of driven parts, after the records of all parts.
 RtStatus PartScenes::check_driven() const noexcept {
-  if (driven_.size() + std::max(hands(), 1u) > kMostDriven + 1) return RtStatus::kBlobBadCount;
+  const auto owned = std::count_if(driven_.begin(), driven_.end(), [](const DrivenRecord& driven) {
+    return driven.lead == Lead::kOwner;
+  });
+  const bool some_loose = driven_.size() > static_cast<std::size_t>(owned);
+  const auto moving =
+      static_cast<std::size_t>(owned) + std::max(hands(), 1u) + (some_loose ? 1 : 0);
+  const std::size_t movers = driven_.size() + std::max(hands(), 1u);
+  if (movers > kMostDriven + 1 || moving > kMostMoving) return RtStatus::kBlobBadCount;
   const auto is_positive = [](double x) { return x > 0 && x < HUGE_VAL; };
   std::uint32_t next = 0;
   for (const DrivenRecord& driven : driven_) {
@@ -140,8 +150,13 @@ RtStatus PartScenes::check_pairs() const noexcept {
         pair.scene_bytes == 0 || !holds_bytes(pair.scene_begin, pair.scene_bytes)) {
       return RtStatus::kBlobBadIndex;
     }
+    // One that is shared has been opened for the first that has it.
+    const auto is_shared = [&](const BodyPairRecord& other) {
+      return other.scene_begin == pair.scene_begin && other.scene_bytes == pair.scene_bytes;
+    };
+    if (&*std::find_if(pairs_.begin(), pairs_.end(), is_shared) != &pair) continue;
     SceneView opened;
-    const RtStatus status = SceneView::open(pair_scene(pair.a, pair.b), opened);
+    const RtStatus status = SceneView::open(scene_of(pair), opened);
     if (status != RtStatus::kOk) return status;
     if (opened.bodies().size() != 2) return RtStatus::kBlobBadCount;
   }

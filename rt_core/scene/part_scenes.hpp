@@ -26,7 +26,10 @@ namespace haptic {
 /// Parts of one scene, at most.
 inline constexpr std::uint32_t kMostParts = 64;
 /// Those of them that their owner moves or that are loose; with two hands one fewer.
-inline constexpr std::uint32_t kMostDriven = 7;
+inline constexpr std::uint32_t kMostDriven = 62;
+/// Parts that move in one tick: those in the hands, all that an owner moves, and as many loose ones
+/// as there is room for.
+inline constexpr std::uint32_t kMostMoving = 8;
 /// Hands that hold one.
 inline constexpr std::uint32_t kMostHands = 2;
 /// Without a newer pose a driven part is late after this, at most [s].
@@ -82,6 +85,9 @@ class PartScenes {
   /// it was compiled; empty: the two never meet, or B is the one that moves. Cost: O(pairs).
   [[nodiscard]] std::span<const std::byte> pair_scene(std::uint32_t a,
                                                       std::uint32_t b) const noexcept;
+  /// All of these pairs. Pairs of parts of one shape may have one scene.
+  [[nodiscard]] std::span<const BodyPairRecord> pairs() const noexcept { return pairs_; }
+  [[nodiscard]] std::span<const std::byte> scene_of(const BodyPairRecord& pair) const noexcept;
   /// State of the law of any part among others that move, at most; 0: none does.
   [[nodiscard]] std::size_t most_law_bytes() const noexcept { return most_law_bytes_; }
   /// Bytes of the largest of these scenes, and state of a core for any of them.

@@ -106,10 +106,10 @@ BodyBench::BodyBench(const std::vector<BenchBody>& bodies, const std::vector<too
   const auto count = static_cast<std::uint32_t>(bodies.size());
   Arena counting;
   BodyLaw unplaced;
-  unplaced.place(counting, pairs_, count);
+  unplaced.place(counting, pairs_, count, count);
   memory_.resize(counting.used() / sizeof(Line) + 1);
   Arena arena(memory_.front().bytes.data());
-  law.place(arena, pairs_, count);
+  law.place(arena, pairs_, count, count);
   law.read_scenes(pairs_);
   parameters.scale = proxy_scale(static_cast<Real>(least_radius_m), static_cast<Real>(extent_m), 0);
   parameters.passes = passes;

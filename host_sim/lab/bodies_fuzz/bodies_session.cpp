@@ -105,10 +105,10 @@ BodiesSession::BodiesSession(const CompiledBodies& compiled, std::uint32_t work_
   }
   const auto count = static_cast<std::uint32_t>(bodies_.size());
   Arena counting;
-  law_->place(counting, pairs, count);
+  law_->place(counting, pairs, count, count);
   memory_ = tools::SceneBytes(counting.used());
   Arena arena(memory_.span().data());
-  law_->place(arena, pairs, count);
+  law_->place(arena, pairs, count, count);
   law_->read_scenes(pairs);
   BodyLaw::Parameters parameters;
   parameters.scale = scale_;

@@ -2,10 +2,15 @@
 #include "tools/graph_compiler/graph/part_tables.hpp"
 
 #include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
 #include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 #include <utility>
 
 #include "rt_core/bodies/joint_motion.hpp"
@@ -31,93 +36,82 @@ struct OpenedScene {
   SceneView view;
 };
 
-/// Parts of which the law is asked for, and the scenes that it is made of.
-class LawScenes {
- public:
-  LawScenes(const std::vector<HeldPart>& parts, const std::vector<DrivenRecord>& driven)
-      : parts_(parts), driven_(driven) {}
+/// In place of what a law takes.
+constexpr std::uint32_t kToBeCounted = 1;
 
-  /// State of the law of `part`, which may be held, among driven parts, and with that of a second
-  /// hand where there is one.
-  std::uint32_t bytes_of(std::size_t part, std::uint32_t hands) {
-    JointScenes scenes;
-    scenes.hands = hands;
-    hands_ = hands;
-    for (std::uint32_t hand = 0; hand < hands; ++hand) add(part + hand, scenes.of[hand]);
-    for (std::size_t k = 0; k < driven_.size(); ++k)
-      if (driven_[k].lead != Lead::kOwner) add(part, driven_[k].part, scenes.movers.at(k));
-    for (std::uint32_t a = 0; hands > 1 && a < hands; ++a) {
-      const std::vector<std::byte>* const between = pair_of(a, 1 - a);
-      if (between == nullptr) continue;
-      scenes.between = &open(*between);
-      scenes.between_a = a;
-    }
-    return static_cast<std::uint32_t>(JointMotion::state_bytes(scenes));
+/// The parts of a scene, in memory of its own.
+struct OpenedParts {
+  explicit OpenedParts(std::span<const std::byte> source) : scene(source) {
+    if (const RtStatus status = PartScenes::open(scene.view, parts); status != RtStatus::kOk)
+      throw InputError(std::string("the parts of the scene are refused: ") + to_text(status));
   }
-
- private:
-  [[nodiscard]] bool moves(std::uint32_t part) const {
-    const PartRole role = parts_.at(part).role;
-    return role == PartRole::kDriven || role == PartRole::kLoose || (hands_ > 1 && part < hands_);
-  }
-  const SceneView& open(std::span<const std::byte> bytes) {
-    opened_.push_back(std::make_unique<const OpenedScene>(bytes));
-    return opened_.back()->view;
-  }
-  [[nodiscard]] const std::vector<std::byte>* pair_of(std::size_t a, std::uint32_t b) const {
-    const std::vector<PairScene>& pairs = parts_[a].pairs;
-    const auto found = std::ranges::find(pairs, b, &PairScene::b);
-    return found == pairs.end() ? nullptr : &found->bytes;
-  }
-  void add(std::size_t part, JointScenes::OfHand& of) {
-    of.held = &open(parts_[part].scene);
-    of.meets_standing = std::ranges::none_of(parts_[part].others,
-                                             [&](std::uint32_t other) { return moves(other); });
-    for (std::size_t k = 0; k < driven_.size(); ++k) {
-      const std::vector<std::byte>* const pair = pair_of(part, driven_[k].part);
-      if (pair != nullptr) of.with.at(k) = &open(*pair);
-    }
-  }
-
-  /// A loose part; `first`: that of the first hand.
-  void add(std::size_t first, std::uint32_t part, JointScenes::OfMover& of) {
-    const bool meets_standing = std::ranges::none_of(
-        parts_[part].others, [&](std::uint32_t other) { return moves(other) || other < hands_; });
-    if (meets_standing) of.standing = &open(parts_[part].scene);
-    for (std::uint32_t hand = 0; hand < hands_; ++hand) {
-      const auto* const pair = pair_of(part, static_cast<std::uint32_t>(first) + hand);
-      if (pair != nullptr) of.with_hand[hand] = &open(*pair);
-    }
-    for (std::size_t k = 0; k < driven_.size(); ++k) {
-      const auto* const pair = pair_of(part, driven_[k].part);
-      if (pair != nullptr) of.with.at(k) = &open(*pair);
-    }
-  }
-
-  std::uint32_t hands_ = 1;
-  const std::vector<HeldPart>& parts_;
-  const std::vector<DrivenRecord>& driven_;
-  std::vector<std::unique_ptr<const OpenedScene>> opened_;
+  OpenedScene scene;
+  PartScenes parts;
 };
+
+/// State of the law of `part`, which may be held, among others that move, and with that of a second
+/// hand where there is one.
+std::uint32_t law_bytes(const PartScenes& parts, std::uint32_t part) {
+  HeldParts held;
+  held.count = parts.hands();
+  std::array<std::unique_ptr<const OpenedScene>, kMostHands> opened;
+  for (std::uint32_t hand = 0; hand < held.count; ++hand) {
+    held.part.at(hand) = part + hand;
+    opened.at(hand) = std::make_unique<const OpenedScene>(parts.scene_of(part + hand));
+    held.scene.at(hand) = &opened.at(hand)->view;
+  }
+  const JointScenes::Counts counts = JointScenes::count(parts, held);
+  std::vector<SceneView> views(counts.views);
+  std::vector<std::uint8_t> kinds(counts.kinds);
+  const auto scenes = std::make_unique<JointScenes>();
+  const RtStatus status = scenes->open(parts, held, views, kinds);
+  if (status == RtStatus::kBlobBadCount)
+    throw InputError(
+        "the parts of the scene make more than " + std::to_string(JointScenes::kMostKinds) +
+        " different pairs of shapes that may meet while they move; give equal parts one mesh, name "
+        "pairs that never meet under [bodies] never, or make some parts fixed");
+  if (status != RtStatus::kOk)
+    throw InputError(std::string("the parts of the scene are refused: ") + to_text(status));
+  std::vector<BodyPairScene> slots(scenes->list({}));
+  static_cast<void>(scenes->list(slots));
+  const std::size_t bytes = JointMotion::state_bytes(parts, *scenes, slots);
+  if (bytes > std::numeric_limits<std::uint32_t>::max())
+    throw InputError("the law of the parts that move takes more than 4 GB; make some parts fixed");
+  return static_cast<std::uint32_t>(bytes);
+}
 
 std::uint32_t hands_of(const std::vector<HeldPart>& parts) {
   return parts.size() > 1 && parts[1].role == PartRole::kHand2 ? 2 : 1;
 }
 
-/// Scenes one behind the other, each aligned.
+/// Scenes one behind the other, each aligned; equal ones once.
 class SceneRow {
  public:
   /// Returns where it begins.
   std::uint64_t add(const std::vector<std::byte>& scene) {
+    const auto [known, is_new] = begins_.try_emplace(hash_of(scene), 0);
+    const auto is_it = [&](std::uint64_t begin) {
+      return !scene.empty() && begin + scene.size() <= bytes_.size() &&
+             std::equal(scene.begin(), scene.end(),
+                        bytes_.begin() + static_cast<std::ptrdiff_t>(begin));
+    };
+    if (!is_new && is_it(known->second)) return known->second;
     bytes_.resize((bytes_.size() + kSceneAlignment - 1) / kSceneAlignment * kSceneAlignment);
     const std::uint64_t begin = bytes_.size();
     bytes_.insert(bytes_.end(), scene.begin(), scene.end());
+    known->second = begin;
     return begin;
   }
   [[nodiscard]] const std::vector<std::byte>& bytes() const { return bytes_; }
 
  private:
+  static std::size_t hash_of(const std::vector<std::byte>& scene) {
+    return std::hash<std::string_view>{}(
+        {reinterpret_cast<const char*>(scene.data()), scene.size()});
+  }
+
   std::vector<std::byte> bytes_;
+  std::unordered_map<std::size_t, std::uint64_t> begins_;
 };
 
 }  // namespace
@@ -128,7 +122,6 @@ std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
   const OpenedScene around(scene);
   std::vector<PartRecord> records;
   const std::uint32_t hands = hands_of(parts);
-  LawScenes laws(parts, driven);
   std::vector<std::uint32_t> bodies;
   SceneRow scenes;
   for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -137,8 +130,7 @@ std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
     record.role = part.role;
     const bool moves_alone = driven.empty() && hands == 1;
     const bool leads_law = part.role != PartRole::kHand2 && part.role != PartRole::kLoose;
-    if (!moves_alone && !part.scene.empty() && leads_law)
-      record.law_bytes = laws.bytes_of(k, hands);
+    if (!moves_alone && !part.scene.empty() && leads_law) record.law_bytes = kToBeCounted;
     std::copy_n(part.start.p_wa_m, 3, record.start_p_wa_m);
     std::copy_n(part.start.q_wa_xyzw, 4, record.start_q_wa_xyzw);
     record.scene_begin = scenes.add(part.scene);
@@ -152,26 +144,33 @@ std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
   for (std::uint32_t k = 0; k < parts.size(); ++k)
     for (const PairScene& pair : parts[k].pairs)
       pairs.push_back({k, pair.b, scenes.add(pair.bytes), pair.bytes.size()});
-  BlobBuilder blob;
-  for (const SectionEntry& s : around.view.sections()) {
-    if (is_of_parts(s.id)) continue;
-    const auto bytes = around.view.blob().subspan(
-        static_cast<std::size_t>(s.offset), static_cast<std::size_t>(s.count * s.element_bytes));
-    blob.add_bytes(s.id, s.element_bytes, s.count, bytes);
+  const auto written = [&] {
+    BlobBuilder blob;
+    for (const SectionEntry& s : around.view.sections()) {
+      if (is_of_parts(s.id)) continue;
+      const auto bytes = around.view.blob().subspan(
+          static_cast<std::size_t>(s.offset), static_cast<std::size_t>(s.count * s.element_bytes));
+      blob.add_bytes(s.id, s.element_bytes, s.count, bytes);
+    }
+    blob.add(SectionId::kParts, records);
+    blob.add(SectionId::kPartBodies, bodies);
+    blob.add(SectionId::kPartScenes, scenes.bytes());
+    if (!driven.empty()) blob.add(SectionId::kDriven, driven);
+    if (!driven.empty() || hands > 1) blob.add(SectionId::kBodyPairs, pairs);
+    return blob.finish(around.view.header().capacity);
+  };
+  // The memory of a law is counted over the scenes as they stand in the file.
+  std::vector<std::byte> whole = written();
+  const OpenedParts counted(whole);
+  bool has_law = false;
+  for (std::uint32_t k = 0; k < records.size(); ++k) {
+    if (records[k].law_bytes != kToBeCounted) continue;
+    records[k].law_bytes = law_bytes(counted.parts, k);
+    has_law = true;
   }
-  blob.add(SectionId::kParts, records);
-  blob.add(SectionId::kPartBodies, bodies);
-  blob.add(SectionId::kPartScenes, scenes.bytes());
-  if (!driven.empty()) blob.add(SectionId::kDriven, driven);
-  if (!driven.empty() || hands > 1) blob.add(SectionId::kBodyPairs, pairs);
-  std::vector<std::byte> whole = blob.finish(around.view.header().capacity);
-  const SceneBytes written{whole};
-  SceneView opened;
-  PartScenes read;
-  RtStatus status = SceneView::open(written.span(), opened);
-  if (status == RtStatus::kOk) status = PartScenes::open(opened, read);
-  if (status != RtStatus::kOk)
-    throw InputError(std::string("the parts of the scene are refused: ") + to_text(status));
+  if (!has_law) return whole;
+  whole = written();
+  static_cast<void>(OpenedParts(whole));
   return whole;
 }
 
@@ -182,12 +181,16 @@ SceneBytes with_changed(const SceneView& scene,
     throw InputError(std::string("the parts of the scene are refused: ") + to_text(status));
   SceneBytes around = changed(scene);
   if (scenes.count() == 0) return around;
+  std::map<const std::byte*, std::vector<std::byte>> shared;  // by where the scene stands
   const auto bytes_changed = [&](std::span<const std::byte> of) {
+    const auto [known, is_new] = shared.try_emplace(of.data());
+    if (!is_new) return known->second;
     SceneView held;
     if (SceneView::open(of, held) != RtStatus::kOk)
       throw std::logic_error("a part's scene has opened before");
     const SceneBytes inside = changed(held);
-    return std::vector<std::byte>(inside.span().begin(), inside.span().end());
+    known->second.assign(inside.span().begin(), inside.span().end());
+    return known->second;
   };
   std::vector<HeldPart> parts;
   for (std::uint32_t k = 0; k < scenes.count(); ++k) {

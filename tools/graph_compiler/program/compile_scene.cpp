@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -702,8 +703,18 @@ HeldPart part_of(const ScenePart& part) {
   return held;
 }
 
+/// Both are loose and differ by name, place and what leads them alone.
+bool are_alike(const ScenePart& one, const ScenePart& other) {
+  return one.role == PartRole::kLoose && other.role == PartRole::kLoose && one.mesh == other.mesh &&
+         one.path == other.path && one.shape == other.shape && one.link == other.link &&
+         one.link_frame == other.link_frame && one.node == other.node && one.given == other.given &&
+         one.scale_to_m == other.scale_to_m && one.material == other.material &&
+         one.deflection_m == other.deflection_m && one.tolerance_m == other.tolerance_m &&
+         one.disjoint == other.disjoint && one.kind == other.kind;
+}
+
 /// The parts of a scene file as they were compiled, the moving one first: each once, whichever of
-/// them is held.
+/// them is held, and loose ones that are alike once.
 class CompiledParts {
  public:
   CompiledParts(const SceneFile& scene, const CompileOptions& options) {
@@ -711,12 +722,18 @@ class CompiledParts {
       if (may_hold(scene, k))
         check_clearances(scene_holding(scene, k, parts_met(scene, k)), options);
     MeshFiles files;
-    parts_.push_back(compile_part(scene.moving, scene, options, files));
-    for (const ScenePart& part : scene.statics)
-      parts_.push_back(compile_part(part, scene, options, files));
+    for (std::size_t k = 0; k <= scene.statics.size(); ++k) {
+      const ScenePart& part = numbered_part(scene, k);
+      std::size_t first = 0;
+      while (first < k && !are_alike(numbered_part(scene, first), part)) ++first;
+      first_alike_.push_back(first);
+      parts_.push_back(first < k ? parts_[first] : compile_part(part, scene, options, files));
+    }
   }
   /// All, the moving one first.
   [[nodiscard]] const std::vector<CompiledPart>& all() const { return parts_; }
+  /// The first part of the same shape: a scene of that is one of this too, but for its start.
+  [[nodiscard]] std::size_t first_alike(std::size_t part) const { return first_alike_[part]; }
   /// Those of scene_holding(scene, part, others), in their order.
   [[nodiscard]] std::vector<CompiledPart> holding(std::size_t part,
                                                   const std::vector<std::size_t>& others) const {
@@ -727,6 +744,7 @@ class CompiledParts {
 
  private:
   std::vector<CompiledPart> parts_;
+  std::vector<std::size_t> first_alike_;
 };
 
 /// @param parts  those of `scene`, the moving one first; its law and its start have been checked.
@@ -908,8 +926,14 @@ DrivenRecord driven_record(const SceneFile& scene, std::size_t part, const Compi
     record.push_n = push_of(scene, driven, hand.coupling.max_pull_n);
     record.ratio = kDrivenRatio;
   }
+  // A loose part is turned about its grip point, for it moves in scenes of its own.
   std::array<double, 3> middle_m{};
-  for (std::size_t k = 0; k < 3; ++k) record.middle_m[k] = middle_m[k] = 0.5 * (low[k] + high[k]);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const bool is_loose = driven.role == PartRole::kLoose;
+    middle_m[k] = is_loose ? placed.body.centre_of_volume_m[k] + placed.mesh_origin_m[k]
+                           : 0.5 * (low[k] + high[k]);
+    record.middle_m[k] = middle_m[k];
+  }
   // Rounded up, for the scene has its vertices in Real.
   constexpr double kRounding = 8 * static_cast<double>(std::numeric_limits<Real>::epsilon());
   record.radius_m = (1 + kRounding) * radius_about(placed, middle_m);
@@ -942,10 +966,17 @@ bool is_a_of_pair(const SceneFile& scene, const CompiledParts& parts, std::size_
   return part < other ? size_m(part) <= size_m(other) : size_m(part) < size_m(other);
 }
 
+/// Scenes of two parts, by the first that are alike.
+using PairScenes = std::map<std::pair<std::size_t, std::size_t>, std::vector<std::byte>>;
+
 /// The scenes in which `part` may be held: that of the parts that stand, and one with each that it
-/// may meet and that moves too. `result` is the scene around, which takes the warnings.
+/// may meet and that moves too. `all`: those of the parts before it. `result` is the scene around,
+/// which takes the warnings.
 void compile_held(const SceneFile& scene, const CompiledParts& parts, std::size_t part,
-                  const CompileOptions& options, HeldPart& held, CompiledScene& result) {
+                  const CompileOptions& options, PairScenes& known, std::vector<HeldPart>& all,
+                  CompiledScene& result) {
+  HeldPart& held = all[part];
+  const HeldPart& alike = all[parts.first_alike(part)];
   const std::vector<std::size_t> met = parts_met(scene, part);
   const std::vector<std::size_t> others = parts_standing(scene, part);
   held.others.assign(others.begin(), others.end());
@@ -955,18 +986,26 @@ void compile_held(const SceneFile& scene, const CompiledParts& parts, std::size_
     std::vector<CompiledPart> among = parts.holding(part, met);
     check_start(scene_holding(scene, part, met), among);
     add_new(result.parts[part].warnings, among[0].report.warnings);
-    const CompiledScene standing =
-        compiled_with(scene_holding(scene, part, others), parts.holding(part, others), options);
-    take_warnings(standing, part, others, result);
-    held.scene = standing.bytes;
+    if (&alike != &held && alike.others == held.others) {
+      held.scene = alike.scene;
+    } else {
+      const CompiledScene standing =
+          compiled_with(scene_holding(scene, part, others), parts.holding(part, others), options);
+      take_warnings(standing, part, others, result);
+      held.scene = standing.bytes;
+    }
   }
   for (const std::size_t other : met) {
     if (!is_a_of_pair(scene, parts, part, other)) continue;
-    const std::vector<std::size_t> alone{other};
-    const CompiledScene pair =
-        compiled_with(scene_of_pair(scene, part, other), parts.holding(part, alone), options);
-    take_warnings(pair, part, alone, result);
-    held.pairs.push_back({static_cast<std::uint32_t>(other), pair.bytes});
+    std::vector<std::byte>& bytes = known[{parts.first_alike(part), parts.first_alike(other)}];
+    if (bytes.empty()) {
+      const std::vector<std::size_t> alone{other};
+      const CompiledScene pair =
+          compiled_with(scene_of_pair(scene, part, other), parts.holding(part, alone), options);
+      take_warnings(pair, part, alone, result);
+      bytes = pair.bytes;
+    }
+    held.pairs.push_back({static_cast<std::uint32_t>(other), bytes});
   }
 }
 
@@ -987,9 +1026,10 @@ CompiledScene compiled_with_parts(const SceneFile& scene, const CompileOptions& 
       driven.push_back(driven_record(scene, k, parts.all()[k], hand));
   }
   std::vector<HeldPart> held;
+  PairScenes known;
   for (std::size_t k = 0; k <= scene.statics.size(); ++k) {
     held.push_back(part_of(numbered_part(scene, k)));
-    if (may_hold(scene, k)) compile_held(scene, parts, k, options, held[k], result);
+    if (may_hold(scene, k)) compile_held(scene, parts, k, options, known, held, result);
   }
   result.bytes = with_parts(result.bytes, held, driven);
   return result;

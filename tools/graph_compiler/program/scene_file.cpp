@@ -496,7 +496,7 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
              "[[part]] with name and role, or leave out [[part]]");
   }
   bool has_hand = false;
-  std::uint32_t driven = 0;
+  std::uint32_t driven = 0, loose = 0;
   std::vector<std::string> names;
   for (const TomlTable& t : top.tables("part", keys)) {
     ScenePart part = read_named_part(t, folder);
@@ -506,9 +506,10 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
     if (names.size() > kMostParts)
       t.fail("name", "is that of part " + std::to_string(names.size()) + "; a scene has at most " +
                          std::to_string(kMostParts));
-    const bool is_mover = part.role == PartRole::kDriven || part.role == PartRole::kLoose;
-    if (is_mover && ++driven > kMostDriven)
-      t.fail("role", "makes " + std::to_string(driven) +
+    driven += part.role == PartRole::kDriven ? 1 : 0;
+    loose += part.role == PartRole::kLoose ? 1 : 0;
+    if (driven + loose > kMostDriven)
+      t.fail("role", "makes " + std::to_string(driven + loose) +
                          " parts that are driven or loose; a scene has at most " +
                          std::to_string(kMostDriven) + ": make one fixed, or leave one out");
     if (part.role == PartRole::kHand2) {
@@ -530,14 +531,21 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
   if (!has_hand)
     top.fail("part", "none has role = \"hand\"; give it to the part that is held at first");
   if (scene.statics.empty()) top.fail("part", "is one alone; add the parts that it meets");
+  const std::uint32_t always = driven + (scene.has_second_hand() ? 2 : 1);
+  const std::uint32_t most = kMostMoving - (loose > 0 ? 1 : 0);
+  if (always > most)
+    top.fail("part", "has " + std::to_string(always) +
+                         " parts in hands or driven, which move all the time; give at most " +
+                         std::to_string(most) + (loose > 0 ? " beside loose ones" : "") +
+                         ": make one fixed, or leave one out");
+  if (scene.has_second_hand() && driven + loose == kMostDriven)
+    top.fail("part", "has two hands and " + std::to_string(kMostDriven) +
+                         " driven or loose parts; give at most " + std::to_string(kMostDriven - 1) +
+                         " with two hands: make one fixed, or leave one out");
   const auto stays = [](const ScenePart& part) {
     return part.role == PartRole::kHand2 || part.role == PartRole::kLoose;
   };
   if (std::ranges::none_of(scene.statics, stays)) return;
-  if (scene.has_second_hand() && driven == kMostDriven)
-    top.fail("part", "has two hands and " + std::to_string(driven) +
-                         " driven or loose parts; give at most " + std::to_string(kMostDriven - 1) +
-                         " with two hands: make one fixed, or leave one out");
   for (const ScenePart& part : scene.statics)
     if (part.role == PartRole::kPlaced)
       top.fail("part",

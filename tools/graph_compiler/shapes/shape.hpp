@@ -30,36 +30,43 @@ inline constexpr std::uint32_t kMaxSegments = 512;
 
 struct BoxShape {
   Point3 size_m{0, 0, 0};
+  friend bool operator==(const BoxShape&, const BoxShape&) = default;
 };
 /// Straight prism over a regular polygon; corners on the radius, the first on +x.
 struct PrismShape {
   double radius_m = 0.0, height_m = 0.0;
   std::uint32_t sides = 0;
+  friend bool operator==(const PrismShape&, const PrismShape&) = default;
 };
 struct CylinderShape {
   double radius_m = 0.0, height_m = 0.0;
   std::uint32_t segments = kDefaultSegments;
+  friend bool operator==(const CylinderShape&, const CylinderShape&) = default;
 };
 /// Base at z = -height / 2, apex at +height / 2.
 struct ConeShape {
   double radius_m = 0.0, height_m = 0.0;
   std::uint32_t segments = kDefaultSegments;
+  friend bool operator==(const ConeShape&, const ConeShape&) = default;
 };
 /// Triangles as on a subdivided octahedron, corners on the radius; `segments` around the equator, a
 /// multiple of 4.
 struct SphereShape {
   double radius_m = 0.0;
   std::uint32_t segments = kDefaultSegments;
+  friend bool operator==(const SphereShape&, const SphereShape&) = default;
 };
 /// A cylinder with two half spheres; the height is that of the whole.
 struct CapsuleShape {
   double radius_m = 0.0, height_m = 0.0;
   std::uint32_t segments = kDefaultSegments;
+  friend bool operator==(const CapsuleShape&, const CapsuleShape&) = default;
 };
 /// A cylinder with a through hole along its axis.
 struct TubeShape {
   double inner_radius_m = 0.0, outer_radius_m = 0.0, height_m = 0.0;
   std::uint32_t segments = kDefaultSegments;
+  friend bool operator==(const TubeShape&, const TubeShape&) = default;
 };
 /// Right-hand thread of the basic profile of ISO 68-1: flanks at 60 degrees, crest P/8 and root P/4
 /// wide (of the bolt). External: a rod; internal: a tube. The whole profile stands back from the
@@ -71,12 +78,14 @@ struct ThreadShape {
   double outer_radius_m = 0.0;  ///< of an internal thread: the tube's outer cylinder
   double clearance_m = 0.0;
   std::uint32_t segments = kDefaultSegments;
+  friend bool operator==(const ThreadShape&, const ThreadShape&) = default;
 };
 /// Hexagon nut of ISO 4032 without chamfers; two of its corners lie on the x axis.
 struct NutShape {
   double diameter_m = 0.0, pitch_m = 0.0, width_across_flats_m = 0.0, height_m = 0.0;
   double clearance_m = 0.0;
   std::uint32_t segments = kDefaultSegments;
+  friend bool operator==(const NutShape&, const NutShape&) = default;
 };
 /// Hexagon screw with the head of ISO 4014 and thread up to the head (ISO 4017), without chamfers.
 /// Head: 0 <= z <= head height; thread: -length <= z <= 0.
@@ -84,6 +93,7 @@ struct BoltShape {
   double diameter_m = 0.0, pitch_m = 0.0, width_across_flats_m = 0.0, head_height_m = 0.0;
   double length_m = 0.0, clearance_m = 0.0;
   std::uint32_t segments = kDefaultSegments;
+  friend bool operator==(const BoltShape&, const BoltShape&) = default;
 };
 
 using Shape = std::variant<BoxShape, PrismShape, CylinderShape, ConeShape, SphereShape,
