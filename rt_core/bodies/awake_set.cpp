@@ -10,7 +10,7 @@ namespace haptic {
 namespace {
 
 /// Two are asked about where they are nearer than this share of the smaller one's radius and so
-/// many times what the hands lead by, until they are twice as far apart; and one moves where
+/// many times what goals go in a tick, until they are twice as far apart; and one moves where
 /// another is nearer that moves.
 constexpr Real kNearShare = 0.25_r, kNearWays = 4;
 constexpr Real kWakeShare = 0.03_r, kWakeWays = 2;
@@ -107,6 +107,7 @@ void AwakeSet::begin(BodyLaw& law) noexcept {
     rests_[m] = {law.pose(m), members_[m].sinks ? 0 : kRestTicks, !members_[m].sinks};
   }
   is_crowded_ = false;
+  clear_m_.fill(kUnbounded);
 }
 
 std::uint16_t& AwakeSet::slot_of(std::uint32_t one, std::uint32_t other) noexcept {
@@ -136,23 +137,38 @@ Real AwakeSet::wake_m(std::uint32_t one, std::uint32_t other) const noexcept {
   return kWakeShare * radius_m + kWakeWays * ahead_m_ + 4 * tolerance_m_;
 }
 
-/// No two points of the bodies are nearer; below 0: they may be.
-Real AwakeSet::apart_m(const BodyLaw& law, std::uint32_t one, std::uint32_t other) const noexcept {
+/// No two points of the bodies are nearer; below 0: they may be. Where it is more than `enough_m`
+/// it need not be all of that.
+Real AwakeSet::apart_m(const BodyLaw& law, std::uint32_t one, std::uint32_t other,
+                       Real enough_m) const noexcept {
   const GripPose &a = law.pose(one), &b = law.pose(other);
   const std::uint32_t m = member_at_[one], n = member_at_[other];
   const Vec3 between_w = b.x0_w - a.x0_w;
+  const Real of_balls =
+      std::sqrt(between_w.squaredNorm()) - members_[m].radius_m - members_[n].radius_m;
+  if (of_balls > enough_m) return of_balls;
   const auto of_box = [](const Box& box, const Vec3& point_m, Real radius_m) {
     return distance_m(point_m, box.middle_m, box.half_m) - radius_m;
   };
   const Real of_a = of_box(boxes_[m], a.r_wa.transpose() * between_w, members_[n].radius_m);
   const Real of_b = of_box(boxes_[n], -(b.r_wa.transpose() * between_w), members_[m].radius_m);
-  return std::max(of_a, of_b);
+  const Real of_box_and_ball = std::max(of_a, of_b);
+  if (of_box_and_ball > enough_m) return of_box_and_ball;
+  // Two boxes, along the axes of both.
+  const Vec3 middle_w = between_w + b.r_wa * boxes_[n].middle_m - a.r_wa * boxes_[m].middle_m;
+  const Mat3 turn = a.r_wa.transpose() * b.r_wa;
+  const Mat3 size = turn.cwiseAbs();
+  const Vec3 on_a =
+      (a.r_wa.transpose() * middle_w).cwiseAbs() - boxes_[m].half_m - size * boxes_[n].half_m;
+  const Vec3 on_b = (b.r_wa.transpose() * middle_w).cwiseAbs() - boxes_[n].half_m -
+                    size.transpose() * boxes_[m].half_m;
+  return std::max({of_box_and_ball, on_a.maxCoeff(), on_b.maxCoeff()});
 }
 
 /// The same, as far as their pair knows it.
 Real AwakeSet::gap_m(const BodyLaw& law, std::uint32_t one, std::uint32_t other) noexcept {
   const std::uint16_t slot = slot_of(one, other);
-  const Real apart = apart_m(law, one, other);
+  const Real apart = apart_m(law, one, other, kUnbounded);
   return slot == kNoSlot ? apart : std::max(apart, law.slot(slot).gap_m());
 }
 
@@ -186,7 +202,9 @@ void AwakeSet::follow_rest(const BodyLaw& law) noexcept {
     const PoseError way = pose_error(law.pose(body), rest.from);
     const Real far_m = std::sqrt(way.translation_m.squaredNorm()) +
                        members_[m].radius_m * std::sqrt(way.rotation_rad.squaredNorm());
-    if (far_m > tolerance_m_) {
+    // One that may not move says nothing by not moving.
+    const bool is_free = clear_m_[body] > 0;
+    if (far_m > tolerance_m_ || !is_free) {
       rest = {law.pose(body), 0, !members_[m].sinks};
     } else if (rest.ticks < kRestTicks) {
       rest.ticks += 1;
@@ -209,7 +227,7 @@ void AwakeSet::follow_near(BodyLaw& law, std::uint32_t body) noexcept {
     const std::uint32_t n = member_at_[other];
     const Real near_m =
         kNearShare * std::min(members_[m].radius_m, members_[n].radius_m) + kNearWays * ahead_m_;
-    const Real apart = apart_m(law, body, other);
+    const Real apart = apart_m(law, body, other, 2 * near_m);
     const std::uint16_t slot = slot_of(body, other);
     if (slot != kNoSlot) {
       if (apart <= 2 * near_m || law.slot(slot).felt().plane_count > 0) continue;

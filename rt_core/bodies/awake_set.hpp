@@ -37,8 +37,8 @@ class AwakeSet {
 
   /// Body k is member k; nothing is known. After BodyLaw::begin with the members in their order.
   void begin(BodyLaw& law) noexcept;
-  /// Before a tick of the law, in which what always moves is led by up to `ahead_m`. Cost: constant
-  /// for each two of which one moves, and a reset of each pair that comes near.
+  /// Before a tick of the law, in which the goals of what always moves go up to `ahead_m`. Cost:
+  /// constant for each two of which one moves, and a reset of each pair that comes near.
   void choose(BodyLaw& law, Real ahead_m) noexcept;
 
   [[nodiscard]] std::uint32_t member_at(std::uint32_t body) const noexcept {
@@ -72,8 +72,8 @@ class AwakeSet {
   [[nodiscard]] std::uint8_t kind_of(std::uint32_t& a, std::uint32_t& b) const noexcept;
   [[nodiscard]] bool moves(std::uint32_t body) const noexcept { return body < moving_; }
   [[nodiscard]] bool is_lively(std::uint32_t body) const noexcept;
-  [[nodiscard]] Real apart_m(const BodyLaw& law, std::uint32_t one,
-                             std::uint32_t other) const noexcept;
+  [[nodiscard]] Real apart_m(const BodyLaw& law, std::uint32_t one, std::uint32_t other,
+                             Real enough_m) const noexcept;
   [[nodiscard]] Real gap_m(const BodyLaw& law, std::uint32_t one, std::uint32_t other) noexcept;
   [[nodiscard]] Real wake_m(std::uint32_t one, std::uint32_t other) const noexcept;
   [[nodiscard]] bool open(BodyLaw& law, std::uint32_t one, std::uint32_t other) noexcept;

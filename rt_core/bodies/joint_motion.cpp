@@ -309,7 +309,7 @@ void JointMotion::take_turns() noexcept {
   Real ahead_m = 0;
   for (std::uint32_t body = 0; body < law_.body_count(); ++body) {
     if (scenes_.is_loose(member_at(body))) continue;
-    const PoseError way = pose_error(goal_of(body), law_.pose(body));
+    const PoseError way = pose_error(goal_of(body), law_.goal(body));
     ahead_m = std::max(
         ahead_m, norm_of(way.translation_m) + law_.radius_m(body) * norm_of(way.rotation_rad));
   }

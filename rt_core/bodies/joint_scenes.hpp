@@ -31,7 +31,7 @@ class JointScenes {
   static constexpr std::uint32_t kMostKinds = 254;
   static constexpr std::uint8_t kNone = 0xff;
   /// Slots of a kind, where members take turns: of its pairs so many may be near each other.
-  static constexpr std::uint32_t kSlotsOfKind = 32;
+  static constexpr std::uint32_t kSlotsOfKind = 48;
 
   /// Room of open() and list().
   struct Counts {

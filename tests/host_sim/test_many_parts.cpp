@@ -67,7 +67,7 @@ std::string screw_obj() {
   return text + bottom + "\n" + top + "\n";
 }
 
-/// A hand with a rake, fifty screws in five rows and a table. `height_m`: above the table.
+/// A hand with a stick, fifty screws in five rows and a table. `height_m`: above the table.
 std::vector<std::byte> screws_scene(const std::string& lead, double height_m,
                                     const std::string& more = "") {
   const std::filesystem::path folder =
@@ -76,8 +76,8 @@ std::vector<std::byte> screws_scene(const std::string& lead, double height_m,
   std::ofstream(folder / "screw.obj") << screw_obj();
   std::ofstream scene(folder / "screws.toml");
   scene << "format = 1\nname = \"screws\"\n"
-        << "[[part]]\nname = \"rake\"\nrole = \"hand\"\nshape = \"box\"\n"
-        << "size_m = [0.07, 0.01, 0.02]\nposition_m = [0, -0.045, 0.0101]\n"
+        << "[[part]]\nname = \"stick\"\nrole = \"hand\"\nshape = \"cylinder\"\n"
+        << "radius_m = 0.004\nheight_m = 0.04\nposition_m = [0, -0.045, 0.0201]\n"
         << "[[part]]\nname = \"table\"\nrole = \"fixed\"\nshape = \"box\"\n"
         << "size_m = [0.4, 0.4, 0.02]\nposition_m = [0, 0, -0.01]\n";
   for (int k = 0; k < kScrews; ++k) {
@@ -114,7 +114,7 @@ JudgedBody judged(const SceneView& scene, std::uint32_t body) {
   return judged;
 }
 
-/// The screws, the rake and the table, tick by tick.
+/// The screws, the stick and the table, tick by tick.
 class ScrewBench {
  public:
   explicit ScrewBench(const std::vector<std::byte>& scene) : session_(scene, "screws") {
@@ -122,7 +122,7 @@ class ScrewBench {
     SceneView held, loose;
     REQUIRE(SceneView::open(session_.parts()->scene_of(0), held) == RtStatus::kOk);
     REQUIRE(SceneView::open(session_.parts()->scene_of(2), loose) == RtStatus::kOk);
-    rake_ = judged(held, 0);
+    stick_ = judged(held, 0);
     screw_ = judged(loose, 0);
     table_ = judged(loose, 1);
   }
@@ -136,6 +136,9 @@ class ScrewBench {
       session_.hands()->follow({{}, input.stamp_ns, true});
       last = session_.step(input);
       REQUIRE(last.status == RtStatus::kOk);
+      limited += (last.flags & kFlagProxyLimited) != 0 ? 1 : 0;
+      behind += (last.flags & kFlagBehind) != 0 ? 1 : 0;
+      stuck += (last.flags & kFlagProxyStuck) != 0 ? 1 : 0;
       is_within_ = is_within_ && within_bounds(last.counters, session_.bounds());
     }
   }
@@ -156,16 +159,16 @@ class ScrewBench {
   /// The smallest distance of two parts that are near each other.
   [[nodiscard]] double least_gap_m() {
     BodyPairJudge of_screws(screw_, screw_, kTolerance_m, kTolerance_m);
-    BodyPairJudge of_rake(screw_, rake_, kTolerance_m, kTolerance_m);
+    BodyPairJudge of_stick(screw_, stick_, kTolerance_m, kTolerance_m);
     BodyPairJudge of_table(screw_, table_, kTolerance_m, kTolerance_m);
-    const WidePose rake = wide_pose(session_.hands()->felt_wa(0));
+    const WidePose stick = wide_pose(session_.hands()->felt_wa(0));
     Wide least = 1;
     std::vector<WidePose> at;
     for (const Pose& pose : screws()) at.push_back(wide_pose(pose));
     for (int a = 0; a < kScrews; ++a) {
       const WidePose& one = at[static_cast<std::size_t>(a)];
       least = std::min(least, of_table.end_gap_m(one, kWanted_m));
-      least = std::min(least, of_rake.end_gap_m(seen_from_wide(rake, one), kWanted_m));
+      least = std::min(least, of_stick.end_gap_m(seen_from_wide(stick, one), kWanted_m));
       for (int b = a + 1; b < kScrews; ++b) {
         const WidePose& other = at[static_cast<std::size_t>(b)];
         if (norm(one.p - other.p) > 0.03) continue;
@@ -180,10 +183,11 @@ class ScrewBench {
   static constexpr Wide kTolerance_m = 1e-6L, kWanted_m = 1e-3L;
   Pose device;
   StepResult last;
+  int limited = 0, behind = 0, stuck = 0;  ///< ticks
 
  private:
   CoreSession session_;
-  JudgedBody rake_, screw_, table_;
+  JudgedBody stick_, screw_, table_;
   std::uint64_t ticks_ = 0;
   bool is_within_ = true;
 };
@@ -219,7 +223,7 @@ TEST_SUITE("host_sim.many_parts") {
     CHECK(parts.pairs().size() == kScrews * (kScrews + 1) / 2);
     std::set<std::uint64_t> scenes;
     for (const BodyPairRecord& pair : parts.pairs()) scenes.insert(pair.scene_begin);
-    CHECK(scenes.size() == 2);  // with a screw, and with the rake
+    CHECK(scenes.size() == 2);  // with a screw, and with the stick
   }
 
   TEST_CASE("left alone they keep the same bits") { check_left_alone(20'000); }
@@ -227,19 +231,24 @@ TEST_SUITE("host_sim.many_parts") {
     check_left_alone(3'600'000);
   }
 
-  TEST_CASE("a rake sweeps them together, and nobody goes through anybody") {
+  TEST_CASE("a stick stirs them, and nobody goes through anybody") {
     ScrewBench bench(standing_screws());
     bench.ticks(50);
     const std::vector<Pose> before = bench.screws();
     double least_m = 1;
-    int stuck = 0;
-    for (int k = 0; k < 80; ++k) {
-      bench.go({0, 0.001_r, 0}, 10);
+    // To and fro through the rows, farther each time.
+    for (int k = 0; k < 160; ++k) {
+      const double at = 0.08 * k;
+      bench.go({0.0015_r * static_cast<Real>(std::cos(at)),
+                0.0006_r + 0.0012_r * static_cast<Real>(std::sin(at)), 0},
+               10);
       least_m = std::min(least_m, bench.least_gap_m());
-      stuck += (bench.last.flags & kFlagProxyStuck) != 0 ? 1 : 0;
     }
     CHECK(least_m >= -2e-6);
-    CHECK(stuck == 0);
+    MESSAGE("least gap ", 1e6 * least_m, " um; of 1650 ticks limited ", bench.limited, ", behind ",
+            bench.behind, ", stuck ", bench.stuck);
+    CHECK(bench.stuck <= 5);
+    CHECK(bench.behind < 100);
     CHECK(bench.is_within_bounds());
     int moved = 0;
     for (int k = 0; k < kScrews; ++k) {
@@ -247,10 +256,7 @@ TEST_SUITE("host_sim.many_parts") {
           (bench.screw(k).p_wa - before[static_cast<std::size_t>(k)].p_wa).norm());
       moved += way_m > 0.005 ? 1 : 0;
     }
-    CHECK(moved >= 20);
-    // The rake has come as far as the hand led it, but for what pushes back.
-    CHECK(static_cast<double>(bench.last.proxy_pose_wa.p_wa.y()) > 0.02);
-    CHECK(static_cast<double>(bench.last.wrench_w.force_w.y()) < -1);
+    CHECK(moved >= 8);
     // Away from them: they stay where they were left.
     bench.go({0, -0.02_r, 0}, 200);
     const std::vector<Pose> left = bench.screws();
