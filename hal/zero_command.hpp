@@ -11,6 +11,9 @@
 
 namespace haptic::hal {
 
+/// Devices that one process holds at most.
+inline constexpr std::size_t kMostDevices = 2;
+
 struct ZeroCommand {
   static constexpr std::size_t kMostBytes = 128;
 

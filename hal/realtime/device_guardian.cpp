@@ -45,7 +45,7 @@ void wake(std::atomic<std::uint32_t>& word) noexcept {
 
 /// Written by the guardian. `calls` grows whenever one of the words changes.
 struct alignas(64) DeviceGuardian::Orders {
-  StateHalf states;
+  std::array<StateHalf, kMostDevices> states;
   std::atomic<std::uint32_t> calls{0};
   std::atomic<bool> go{false}, stop{false};
   std::atomic<std::uint64_t> order{0};
@@ -66,9 +66,9 @@ struct alignas(64) DeviceGuardian::Orders {
   }
 };
 
-/// Written by the servo process; behind it the flight recorder and the report.
+/// Written by the servo process; behind it the flight recorders and the report.
 struct alignas(64) DeviceGuardian::Reports {
-  CommandHalf commands;
+  std::array<CommandHalf, kMostDevices> commands;
 };
 static_assert(std::atomic<bool>::is_always_lock_free &&
                   sizeof(std::atomic<std::uint32_t>) == sizeof(std::uint32_t),
@@ -79,11 +79,16 @@ std::string to_text(const ServoEnd& end) {
   return "hung, and killed for it: no tick came any more";
 }
 
+DeviceGuardian::DeviceGuardian(const GuardianSettings& settings) : settings_(settings) {
+  settings_.devices = std::clamp<std::size_t>(settings.devices, 1, kMostDevices);
+}
+
 DeviceGuardian::~DeviceGuardian() { stop(); }
 
 int DeviceGuardian::make_seats() {
   const std::size_t flight_bytes = rounded_up(FlightRecorder::bytes_for(settings_.recorded_ticks));
-  const std::size_t up_bytes = sizeof(Reports) + flight_bytes + settings_.report_bytes;
+  const std::size_t flights_bytes = settings_.devices * flight_bytes;
+  const std::size_t up_bytes = sizeof(Reports) + flights_bytes + settings_.report_bytes;
   for (unsigned k = 0; k <= settings_.spares; ++k) {
     seats_.push_back(std::make_unique<Seat>(up_bytes, sizeof(Orders)));
     Seat& seat = *seats_.back();
@@ -91,25 +96,39 @@ int DeviceGuardian::make_seats() {
     auto* const reports = new (seat.up.bytes().data()) Reports;
     seat.orders = new (seat.down.bytes().data()) Orders;
     seat.orders->order.store(settings_.order, std::memory_order_relaxed);
-    seat.mailbox = {&seat.orders->states, &reports->commands};
-    seat.flight = seat.up.bytes().subspan(sizeof(Reports), flight_bytes);
-    seat.report = seat.up.bytes().subspan(sizeof(Reports) + flight_bytes);
+    for (std::size_t d = 0; d < settings_.devices; ++d) {
+      seat.mailboxes[d] = {&seat.orders->states[d], &reports->commands[d]};
+      seat.flights[d] = seat.up.bytes().subspan(sizeof(Reports) + d * flight_bytes, flight_bytes);
+    }
+    seat.report = seat.up.bytes().subspan(sizeof(Reports) + flights_bytes);
   }
   return 0;
+}
+
+int DeviceGuardian::start_keepers() {
+  int error = 0;
+  for (Hold& hold : holds()) {
+    if (error == 0) error = hold.keeper.start();
+  }
+  return error;
+}
+
+void DeviceGuardian::stop_keepers() noexcept {
+  for (Hold& hold : holds()) hold.keeper.stop();
 }
 
 int DeviceGuardian::start(const ServoBody& body) {
   if (!seats_.empty()) return EBUSY;
   int error = make_seats();
   if (error == 0) error = signals_.take();
-  if (error == 0) error = keeper_.start();
+  if (error == 0) error = start_keepers();
   if (error == 0) begin_seat(0);
   for (unsigned k = 0; error == 0 && k < seats_.size(); ++k)
     error = seats_[k]->process.start([this, k, &body] { return sit(k, body); });
   if (error == 0 && settings_.watcher) error = watcher_.start([this] { return watch(); });
   if (error != 0) {
     seats_.clear();  // kills those that were forked
-    keeper_.stop();
+    stop_keepers();
     signals_.give_back();
     return error;
   }
@@ -121,11 +140,13 @@ void DeviceGuardian::begin_seat(unsigned number) noexcept {
   Seat& seat = *seats_[number];
   at_work_ = number;
   told_ = hung_ = false;
-  ticks_ = std::make_unique<NewestReader<DeviceCommand>>(seat.mailbox.commands->newest);
+  ticks_ = std::make_unique<NewestReader<DeviceCommand>>(seat.mailboxes[0].commands->newest);
   tick_ = 0;
   looked_ns_ = monotonic_ns();
   silence_ns_ = 0;
-  if (link_ != nullptr) link_->use_mailbox(seat.mailbox);
+  for (std::size_t d = 0; d < settings_.devices; ++d) {
+    if (holds_[d].link != nullptr) holds_[d].link->use_mailbox(seat.mailboxes[d]);
+  }
   seat.orders->say(seat.orders->go);
 }
 
@@ -137,7 +158,7 @@ int DeviceGuardian::sit(unsigned number, const ServoBody& body) {
   sigemptyset(&none);
   pthread_sigmask(SIG_SETMASK, &none, nullptr);
   prctl(PR_SET_NAME, number == 0 ? "haptic-servo" : "haptic-spare");
-  keeper_.leave();
+  for (Hold& hold : holds()) hold.keeper.leave();
   for (unsigned k = 0; k < seats_.size(); ++k) {
     if (k == number) continue;
     seats_[k]->up.leave();
@@ -150,8 +171,9 @@ int DeviceGuardian::sit(unsigned number, const ServoBody& body) {
   if (!seat.orders->wait_for_go()) return kGuardianDone;
   seat.up.enter();
   seat.down.enter();
-  return body(
-      {number, seat.mailbox, seat.flight, seat.report, seat.orders->stop, seat.orders->order});
+  return body({number, std::span(seat.mailboxes).first(settings_.devices),
+               std::span(seat.flights).first(settings_.devices), seat.report, seat.orders->stop,
+               seat.orders->order});
 }
 
 /// In the child that watches. It can write to none of the others' memory.
@@ -163,12 +185,12 @@ int DeviceGuardian::watch() {
   prctl(PR_SET_NAME, "haptic-watcher");
   const sched_param ordinary{};
   if (sched_setscheduler(0, SCHED_IDLE, &ordinary) != 0) return kGuardianOsRefused;
-  keeper_.leave();
+  for (Hold& hold : holds()) hold.keeper.leave();
   std::vector<std::span<const std::byte>> flights;
   for (const auto& seat : seats_) {
     seat->down.leave();
     if (seat->up.protect() != 0) return kGuardianOsRefused;
-    flights.emplace_back(seat->flight);
+    for (std::size_t d = 0; d < settings_.devices; ++d) flights.emplace_back(seat->flights[d]);
   }
   return settings_.watcher(flights);
 }
@@ -185,22 +207,30 @@ void DeviceGuardian::order(unsigned number, std::uint64_t value) noexcept {
   seats_[number]->orders->order.store(value, std::memory_order_release);
 }
 
-std::vector<StepTrace> DeviceGuardian::flight_of(const Seat& seat) {
-  std::vector<StepTrace> records(seat.flight.size() / sizeof(StepTrace));
-  records.resize(FlightRecorder::copy_newest(seat.flight, records));
+std::vector<StepTrace> DeviceGuardian::flight_of(const Seat& seat, std::size_t device) {
+  const std::span<const std::byte> flight = seat.flights[device];
+  std::vector<StepTrace> records(flight.size() / sizeof(StepTrace));
+  records.resize(FlightRecorder::copy_newest(flight, records));
   return records;
 }
 
-std::vector<StepTrace> DeviceGuardian::flight() const {
-  return seats_.empty() ? std::vector<StepTrace>{} : flight_of(*seats_[at_work_]);
+std::vector<StepTrace> DeviceGuardian::flight(std::size_t device) const {
+  return seats_.empty() ? std::vector<StepTrace>{} : flight_of(*seats_[at_work_], device);
 }
 
-UsbThreadGrant DeviceGuardian::hold(DeviceLink& link) {
-  link_ = &link;
+UsbThreadGrant DeviceGuardian::hold(DeviceLink& link, std::size_t device) {
+  Hold& hold = holds_[device];
+  hold.link = &link;
   UsbThreadSettings settings = settings_.thread;
-  settings.turns = keeper_.turns();
-  thread_ = std::make_unique<UsbThread>(link, settings);
-  return thread_->start();
+  settings.turns = hold.keeper.turns();
+  hold.thread = std::make_unique<UsbThread>(link, settings);
+  return hold.thread->start();
+}
+
+void DeviceGuardian::tell_servo_lost() noexcept {
+  for (Hold& hold : holds()) {
+    if (hold.link != nullptr) hold.link->servo_lost();
+  }
 }
 
 void DeviceGuardian::look_at_ticks() noexcept {
@@ -216,7 +246,7 @@ void DeviceGuardian::look_at_ticks() noexcept {
   const int most_ms = tick_ == 0 ? settings_.first_tick_ms : settings_.hung_ms;
   if (told_ || hung_ || stopped_ || silence_ns_ <= std::int64_t{most_ms} * 1'000'000) return;
   hung_ = true;
-  if (link_ != nullptr) link_->servo_lost();
+  tell_servo_lost();
   seats_[at_work_]->process.signal(SIGKILL);
 }
 
@@ -225,16 +255,24 @@ bool DeviceGuardian::look_for_end() {
   Seat& seat = *seats_[at_work_];
   const ProcessEnd end = seat.process.poll(0);
   if (!end.ended) return false;
-  if (link_ != nullptr) link_->servo_lost();
+  tell_servo_lost();
   told_ = true;
-  end_ = {at_work_, seat.process.pid(), end, hung_, flight_of(seat)};
+  end_ = {at_work_, seat.process.pid(), end, hung_, {}};
+  for (std::size_t d = 0; d < settings_.devices; ++d) end_.records[d] = flight_of(seat, d);
   return true;
 }
 
 bool DeviceGuardian::look_for_keeper() noexcept {
-  if (keeper_end_.ended || stopped_) return false;
-  keeper_end_ = keeper_.look();
-  return keeper_end_.ended;
+  if (stopped_) return false;
+  for (std::size_t d = 0; d < settings_.devices; ++d) {
+    Hold& hold = holds_[d];
+    if (hold.keeper_end.ended) continue;
+    hold.keeper_end = hold.keeper.look();
+    if (!hold.keeper_end.ended) continue;
+    ended_keeper_ = d;
+    return true;
+  }
+  return false;
 }
 
 GuardianNews DeviceGuardian::wait(int timeout_ms) {
@@ -243,10 +281,14 @@ GuardianNews DeviceGuardian::wait(int timeout_ms) {
     const int descriptor = seats_[at_work_]->process.descriptor();
     const int look_ms = descriptor < 0 && !told_ ? kBlindLook_ms : kLook_ms;
     const int turn_ms = timeout_ms < 0 ? look_ms : std::min(look_ms, left_ms);
-    pollfd watched[] = {{signals_.descriptor(), POLLIN, 0},
-                        {told_ ? -1 : descriptor, POLLIN, 0},
-                        {keeper_end_.ended ? -1 : keeper_.descriptor(), POLLIN, 0}};
-    ::poll(watched, 3, turn_ms);
+    std::array<pollfd, 2 + kMostDevices> watched{};
+    watched[0] = {signals_.descriptor(), POLLIN, 0};
+    watched[1] = {told_ ? -1 : descriptor, POLLIN, 0};
+    for (std::size_t d = 0; d < kMostDevices; ++d) {
+      const Hold& hold = holds_[d];
+      watched[2 + d] = {hold.keeper_end.ended ? -1 : hold.keeper.descriptor(), POLLIN, 0};
+    }
+    ::poll(watched.data(), watched.size(), turn_ms);
     look_at_ticks();
     if (look_for_end()) return GuardianNews::kServoEnded;
     if (const int number = signals_.asked(); number != 0) {
@@ -275,13 +317,17 @@ bool DeviceGuardian::stop() {
   if (seats_.empty() || stopped_) return orderly_;
   stopped_ = true;
   for (const auto& seat : seats_) seat->orders->say(seat->orders->stop);
-  thread_.reset();  // it ends in order, and lets go of the link
+  // Each ends in order, and lets go of its link; one after the other would let the second press on.
+  for (Hold& hold : holds()) {
+    if (hold.thread != nullptr) hold.thread->begin_stop();
+  }
+  for (Hold& hold : holds()) hold.thread.reset();
   for (unsigned k = 0; k < seats_.size(); ++k) {
     const bool known = k < at_work_ || (k == at_work_ && told_);
     const ProcessEnd end = seats_[k]->process.finish(settings_.stop_wait_ms);
     if (!known && (end.signal != 0 || end.exit_code != 0)) orderly_ = false;
   }
-  keeper_.stop();
+  stop_keepers();
   static_cast<void>(watcher_.finish(0));
   return orderly_;
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The parent process holds the device, a child computes the force. However the child ends or
-/// hangs, the parent's USB thread ramps the force to zero, the last ticks are read out of shared
-/// memory, and a spare child can take over. A third process takes the force away when the parent
-/// itself is gone.
+/// The parent process holds the device, or two of them, a child computes the force. However the
+/// child ends or hangs, the parent's USB thread ramps the force to zero, the last ticks are read
+/// out of shared memory, and a spare child can take over. A third process takes the force away when
+/// the parent itself is gone.
 ///
 ///     DeviceGuardian guardian(settings);
 ///     guardian.start(body);                               // forks: before any thread or device
@@ -11,6 +11,7 @@
 ///     guardian.hold(link);                                // the USB thread
 ///     return guardian.run(told);                          // until a signal or the servo's end
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -34,15 +35,17 @@ namespace haptic::hal {
 inline constexpr int kGuardianDone = 0, kGuardianServoFailed = 1, kGuardianOsRefused = 4;
 
 /// Body of a watching process. It may read the flight recorders of the servo processes, by their
-/// numbers, and has nothing else of them; nobody waits for it, and its end changes nothing.
+/// numbers and of each one by device, and has nothing else of them; nobody waits for it, and its
+/// end changes nothing.
 using WatcherBody = std::function<int(std::span<const std::span<const std::byte>> flights)>;
 
 struct GuardianSettings {
   /// Processes forked after the first, asleep until one of them has to take over. A fork after the
   /// USB thread has begun would copy its locks, and the device's descriptor.
   unsigned spares = 1;
-  std::size_t recorded_ticks = 4096;  ///< of each process's flight recorder
+  std::size_t recorded_ticks = 4096;  ///< of each flight recorder: one for a process and device
   std::size_t report_bytes = 0;       ///< of ServoSeat::report
+  std::size_t devices = 1;            ///< at most kMostDevices; each has its link and its keeper
   std::uint64_t order = 0;            ///< of every process, until `order` says another
   int stop_wait_ms = 500;             ///< for a servo process that was asked to stop; then killed
   /// A servo process that does not tick for so long is hung, and killed; only time in which this
@@ -57,9 +60,9 @@ struct GuardianSettings {
 /// process has left half done is not used again. The parts that the guardian writes are read-only
 /// in the servo process.
 struct ServoSeat {
-  unsigned number = 0;  ///< 0: the first; spares from 1 on
-  const DeviceMailbox& mailbox;
-  std::span<std::byte> flight;    ///< for a FlightRecorder, which the body makes
+  unsigned number = 0;                            ///< 0: the first; spares from 1 on
+  std::span<const DeviceMailbox> mailboxes;       ///< by device
+  std::span<const std::span<std::byte>> flights;  ///< by device; of a FlightRecorder that it makes
   std::span<std::byte> report;    ///< zeroed, aligned to 64: what the body tells of itself
   const std::atomic<bool>& stop;  ///< for ServoLoop::run
   const std::atomic<std::uint64_t>& order;  ///< DeviceGuardian::order
@@ -74,8 +77,9 @@ struct ServoEnd {
   unsigned number = 0;
   int pid = -1;
   ProcessEnd end;
-  bool hung = false;               ///< it had stopped ticking, and was killed for it
-  std::vector<StepTrace> records;  ///< of its flight recorder, oldest first
+  bool hung = false;  ///< it had stopped ticking, and was killed for it
+  /// Of its flight recorders, by device, oldest first.
+  std::array<std::vector<StepTrace>, kMostDevices> records;
 };
 
 /// "did not tick for 250 ms (stopped) and was killed", or as of ProcessEnd.
@@ -85,24 +89,27 @@ enum class GuardianNews : std::uint8_t {
   kNone = 0,
   kStopAsked,   ///< a signal, see stop_signal()
   kServoEnded,  ///< see servo_end(); the force is on its way to zero
-  kKeeperEnded  ///< the zero-keeper, see keeper_end(); reported once
+  kKeeperEnded  ///< a zero-keeper, see keeper_end(); reported once
 };
 
 /// Owner: one thread, which outlives the processes. While it is started, the signals of StopSignals
 /// are blocked in that thread and those that it makes.
 class DeviceGuardian {
  public:
-  explicit DeviceGuardian(const GuardianSettings& settings) : settings_(settings) {}
+  explicit DeviceGuardian(const GuardianSettings& settings);
   ~DeviceGuardian();  ///< as `stop`
   DeviceGuardian(const DeviceGuardian&) = delete;
   DeviceGuardian& operator=(const DeviceGuardian&) = delete;
 
-  /// Forks the zero-keeper, the servo process and its spares; the first servo begins at once. Once.
+  /// Forks the zero-keepers, the servo process and its spares; the first servo begins at once.
+  /// Once.
   /// @return 0, or an errno (EAGAIN, ENOMEM of fork; ENOMEM of shared memory; EBUSY: started).
   int start(const ServoBody& body);
 
   /// Mailbox of the process at work. Started.
-  [[nodiscard]] const DeviceMailbox& mailbox() const noexcept { return seats_[at_work_]->mailbox; }
+  [[nodiscard]] const DeviceMailbox& mailbox(std::size_t device = 0) const noexcept {
+    return seats_[at_work_]->mailboxes[device];
+  }
   [[nodiscard]] int pid() const noexcept;
   [[nodiscard]] unsigned number() const noexcept { return at_work_; }
   /// ServoSeat::report of a seat, which that process may be writing to, anything.
@@ -110,21 +117,29 @@ class DeviceGuardian {
   /// A number for the process of a seat, to be read when it begins.
   void order(unsigned number, std::uint64_t value) noexcept;
   /// Newest ticks of the process at work, oldest first; also while it runs.
-  [[nodiscard]] std::vector<StepTrace> flight() const;
+  [[nodiscard]] std::vector<StepTrace> flight(std::size_t device = 0) const;
   /// For LinkSettings::zero_holder.
-  [[nodiscard]] ZeroHolder& keeper() noexcept { return keeper_; }
-  [[nodiscard]] int keeper_pid() const noexcept { return keeper_.pid(); }
+  [[nodiscard]] ZeroHolder& keeper(std::size_t device = 0) noexcept {
+    return holds_[device].keeper;
+  }
+  [[nodiscard]] int keeper_pid(std::size_t device = 0) const noexcept {
+    return holds_[device].keeper.pid();
+  }
   [[nodiscard]] int watcher_pid() const noexcept { return watcher_.pid(); }  ///< -1: there is none
 
-  /// Starts the USB thread over `link`, which was made over mailbox() and outlives it: until
+  /// Starts the USB thread over `link`, which was made over mailbox(device) and outlives it: until
   /// stop().
-  UsbThreadGrant hold(DeviceLink& link);
+  UsbThreadGrant hold(DeviceLink& link, std::size_t device = 0);
 
   /// Waits at most `timeout_ms` (negative: without end) for news; may return without any before.
   /// At the end of the process at work, which is reported once, the ramp is begun first of all.
   [[nodiscard]] GuardianNews wait(int timeout_ms);
   [[nodiscard]] const ServoEnd& servo_end() const noexcept { return end_; }
-  [[nodiscard]] const ProcessEnd& keeper_end() const noexcept { return keeper_end_; }
+  /// Of the keeper that ended last, and whose device it kept.
+  [[nodiscard]] const ProcessEnd& keeper_end() const noexcept {
+    return holds_[ended_keeper_].keeper_end;
+  }
+  [[nodiscard]] std::size_t ended_keeper() const noexcept { return ended_keeper_; }
   [[nodiscard]] int stop_signal() const noexcept { return stop_signal_; }  ///< 0: none came
   /// How long the process at work has not ticked, as far as this process looked.
   [[nodiscard]] std::int64_t silence_ns() const noexcept { return silence_ns_; }
@@ -153,11 +168,26 @@ class DeviceGuardian {
   struct Seat {
     Seat(std::size_t up_bytes, std::size_t down_bytes) : up(up_bytes), down(down_bytes) {}
     SharedMemory up, down;  ///< from the servo; from the guardian
-    DeviceMailbox mailbox;
-    std::span<std::byte> flight, report;
+    std::array<DeviceMailbox, kMostDevices> mailboxes;
+    std::array<std::span<std::byte>, kMostDevices> flights;
+    std::span<std::byte> report;
     Orders* orders = nullptr;
     ServoProcess process;
   };
+  /// One device, as it is held.
+  struct Hold {
+    explicit Hold(std::size_t device) noexcept : keeper(device) {}
+    ZeroKeeper keeper;
+    ProcessEnd keeper_end;
+    DeviceLink* link = nullptr;
+    std::unique_ptr<UsbThread> thread;
+  };
+  [[nodiscard]] std::span<Hold> holds() noexcept {
+    return std::span(holds_).first(settings_.devices);
+  }
+  void tell_servo_lost() noexcept;
+  [[nodiscard]] int start_keepers();
+  void stop_keepers() noexcept;
   [[nodiscard]] int make_seats();
   [[nodiscard]] int sit(unsigned number, const ServoBody& body);
   [[nodiscard]] int watch();
@@ -165,19 +195,17 @@ class DeviceGuardian {
   void look_at_ticks() noexcept;
   [[nodiscard]] bool look_for_end();
   [[nodiscard]] bool look_for_keeper() noexcept;
-  [[nodiscard]] static std::vector<StepTrace> flight_of(const Seat& seat);
+  [[nodiscard]] static std::vector<StepTrace> flight_of(const Seat& seat, std::size_t device);
 
   GuardianSettings settings_;
-  ZeroKeeper keeper_;
+  std::array<Hold, kMostDevices> holds_{{Hold{0}, Hold{1}}};
+  std::size_t ended_keeper_ = 0;
   std::vector<std::unique_ptr<Seat>> seats_;
   unsigned at_work_ = 0;
   bool told_ = false;  ///< of the end of the process at work
   bool orderly_ = true, stopped_ = false;
   ServoEnd end_;
-  ProcessEnd keeper_end_;
   int stop_signal_ = 0;
-  DeviceLink* link_ = nullptr;
-  std::unique_ptr<UsbThread> thread_;
   StopSignals signals_;
   // Observations of the process at work: its last tick, and how long it has been silent.
   std::unique_ptr<NewestReader<DeviceCommand>> ticks_;

@@ -4,6 +4,7 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
@@ -17,14 +18,16 @@ constexpr int kStops[] = {SIGHUP,    SIGINT,  SIGQUIT, SIGTERM, SIGUSR1, SIGUSR2
 constexpr int kIgnored[] = {SIGPIPE, SIGTTIN, SIGTTOU, SIGXFSZ};
 constexpr int kFatal[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP};
 
-std::atomic<const ZeroCommand*> fatal_command{nullptr};
+std::array<std::atomic<const ZeroCommand*>, kMostDevices> fatal_commands{};
 static_assert(std::atomic<const ZeroCommand*>::is_always_lock_free);
 
 struct sigaction before_fatal[std::size(kFatal)];
 
 void on_fatal(int number) {
-  const ZeroCommand* const command = fatal_command.exchange(nullptr, std::memory_order_acq_rel);
-  if (command != nullptr) (void)send_zero(*command);
+  for (auto& each : fatal_commands) {
+    const ZeroCommand* const command = each.exchange(nullptr, std::memory_order_acq_rel);
+    if (command != nullptr) (void)send_zero(*command);
+  }
   for (std::size_t k = 0; k < std::size(kFatal); ++k) {
     if (kFatal[k] == number) sigaction(number, &before_fatal[k], nullptr);
   }
@@ -84,11 +87,11 @@ void leave_signals_to_holder() noexcept {
   for (int number = SIGRTMIN; number <= SIGRTMAX; ++number) ignore(number);
 }
 
-void send_zero_on_fatal(const ZeroCommand* command) noexcept {
-  fatal_command.store(command, std::memory_order_release);
-  static bool handled = false;
-  if (handled || command == nullptr) return;
-  handled = true;
+void send_zero_on_fatal(std::size_t device, const ZeroCommand* command) noexcept {
+  fatal_commands[device].store(command, std::memory_order_release);
+  // Each device has a thread of its own that says so.
+  static std::atomic<bool> handled{false};
+  if (command == nullptr || handled.exchange(true)) return;
   for (std::size_t k = 0; k < std::size(kFatal); ++k) {
     struct sigaction action {};
     action.sa_handler = on_fatal;

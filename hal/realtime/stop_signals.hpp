@@ -5,6 +5,7 @@
 /// zero command; the servo processes listen to the holder alone.
 
 #include <csignal>
+#include <cstddef>
 #include <string>
 
 #include "hal/zero_command.hpp"
@@ -39,9 +40,10 @@ class StopSignals {
 /// the holder's to follow, and who has been asked to stop ends as it says.
 void leave_signals_to_holder() noexcept;
 
-/// SIGSEGV, BUS, FPE, ILL, ABRT, SYS and TRAP of this process send `command` once, then do what
-/// they would have done. Null: no longer. `command` stays valid meanwhile.
-void send_zero_on_fatal(const ZeroCommand* command) noexcept;
+/// SIGSEGV, BUS, FPE, ILL, ABRT, SYS and TRAP of this process send the `command` of each `device`,
+/// below kMostDevices, once, then do what they would have done. Null: no longer. `command` stays
+/// valid meanwhile.
+void send_zero_on_fatal(std::size_t device, const ZeroCommand* command) noexcept;
 
 /// "SIGHUP (Hangup)".
 [[nodiscard]] std::string signal_text(int number);

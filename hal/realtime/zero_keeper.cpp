@@ -110,14 +110,14 @@ void ZeroKeeper::stop() noexcept {
 }
 
 void ZeroKeeper::hold(const ZeroCommand& command) noexcept {
-  send_zero_on_fatal(nullptr);
+  send_zero_on_fatal(device_, nullptr);
   held_ = command;
-  send_zero_on_fatal(&held_);
+  send_zero_on_fatal(device_, &held_);
   if (socket_ >= 0) send_message(socket_, {KeeperWord::kHold, command}, command.descriptor);
 }
 
 void ZeroKeeper::release() noexcept {
-  send_zero_on_fatal(nullptr);
+  send_zero_on_fatal(device_, nullptr);
   if (socket_ >= 0) send_message(socket_, {KeeperWord::kRelease, {}}, -1);
 }
 
@@ -146,7 +146,7 @@ ProcessEnd ZeroKeeper::look() noexcept {
 
 // In the child. What it does not need is gone by then, but what the parent's stack refers to.
 int ZeroKeeper::keep(int socket) noexcept {
-  prctl(PR_SET_NAME, "haptic-zero");
+  prctl(PR_SET_NAME, device_ == 0 ? "haptic-zero" : "haptic-zero-2");
   (void)setsid();
   sigset_t all;
   sigfillset(&all);

@@ -6,6 +6,7 @@
 /// frozen.
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -23,7 +24,8 @@ inline constexpr std::int64_t kLongestFrozen_ns = 100'000'000;
 /// thread's.
 class ZeroKeeper final : public ZeroHolder {
  public:
-  ZeroKeeper() = default;
+  /// `device`: of this process, below kMostDevices.
+  explicit ZeroKeeper(std::size_t device = 0) noexcept : device_(device) {}
   ~ZeroKeeper() override { stop(); }
   ZeroKeeper(const ZeroKeeper&) = delete;
   ZeroKeeper& operator=(const ZeroKeeper&) = delete;
@@ -59,6 +61,7 @@ class ZeroKeeper final : public ZeroHolder {
   };
   [[nodiscard]] int keep(int socket) noexcept;
 
+  std::size_t device_;
   std::optional<SharedMemory> down_, up_;
   FromGuardian* from_guardian_ = nullptr;
   FromKeeper* from_keeper_ = nullptr;

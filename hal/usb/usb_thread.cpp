@@ -36,10 +36,15 @@ UsbThreadGrant UsbThread::start() noexcept {
   return grant_;
 }
 
-void UsbThread::stop() noexcept {
+void UsbThread::begin_stop() noexcept {
   if (!started_) return;
   stopping_.store(true, std::memory_order_release);
   link_.cancel();
+}
+
+void UsbThread::stop() noexcept {
+  if (!started_) return;
+  begin_stop();
   pthread_join(thread_, nullptr);
   started_ = false;
 }

@@ -51,6 +51,8 @@ class UsbThread {
   /// or core is no failure; `create_error` is. Started already: the grant of then.
   UsbThreadGrant start() noexcept;
 
+  /// The first half of `stop`, without waiting: of several threads that end together.
+  void begin_stop() noexcept;
   /// Cancels what the link waits for, lets the thread close the device in order, joins it. Bounded
   /// by the link's own bounds. Does nothing when it does not run.
   void stop() noexcept;

@@ -50,18 +50,22 @@ void check_limits(const SafetyLimits& limits, const SafetyLimits& device) {
   require(limits.ramp_in_s >= device.ramp_in_s, "a ramp can only be slower");
 }
 
-void check_config(const tools::DeviceConfig& config) {
-  require(config.driver != nullptr && tools::is_driver_name(config.driver_name),
+void check_device(const tools::HandDevice& device, const tools::LoopConfig& loop) {
+  require(device.driver != nullptr && tools::is_driver_name(device.driver_name),
           "a driver that there is");
-  check_loop(config.loop);
-  check_limits(config.servo.limits,
-               hal::limits_of(config.driver->capabilities(), config.loop.period_ns));
-  const WorkspaceMap& map = config.servo.map;
+  check_limits(device.servo.limits, hal::limits_of(device.driver->capabilities(), loop.period_ns));
+  const WorkspaceMap& map = device.servo.map;
   require(map.scale >= 1e-3_r && map.scale <= 1e3_r, "the scale is in range");
   require(std::abs(map.q_wd.norm() - 1) < 1e-5_r, "the rotation is one");
   require(is_finite(map.offset_w), "the offset is finite");
-  const SwitchMap& switches = config.servo.switches;
+  const SwitchMap& switches = device.servo.switches;
   require((switches.deadman & switches.clutch) == 0, "deadman and clutch are apart");
+}
+
+void check_config(const tools::DeviceConfig& config) {
+  require(config.devices.size() == 1 || config.devices.size() == 2, "one device, or two");
+  check_loop(config.loop);
+  for (const tools::HandDevice& device : config.devices) check_device(device, config.loop);
   require(config.flight_seconds >= 0.1 && config.flight_seconds <= 60, "the recorder fits memory");
 }
 

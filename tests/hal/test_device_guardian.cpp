@@ -36,7 +36,7 @@ GuardianSettings settings_of(unsigned spares) {
 
 /// Ticks until it is asked to stop.
 int tick_on(const ServoSeat& seat) {
-  ServoSide side(seat.mailbox);
+  ServoSide side(seat.mailboxes[0]);
   DeviceCommand command;
   while (!seat.stop.load()) {
     ++command.tick;
@@ -59,7 +59,7 @@ TEST_SUITE("hal.device_guardian") {
   TEST_CASE("what the guardian writes is read-only to its servo: a write is its own end") {
     DeviceGuardian guardian(settings_of(0));
     REQUIRE(guardian.start([](const ServoSeat& seat) {
-      std::memset(static_cast<void*>(seat.mailbox.states), 0x41, sizeof(StateHalf));
+      std::memset(static_cast<void*>(seat.mailboxes[0].states), 0x41, sizeof(StateHalf));
       return 0;
     }) == 0);
     CHECK(news_of(guardian) == GuardianNews::kServoEnded);
@@ -105,8 +105,8 @@ TEST_SUITE("hal.device_guardian") {
     };
     DeviceGuardian guardian(settings);
     REQUIRE(guardian.start([](const ServoSeat& seat) {
-      FlightRecorder recorder(seat.flight);
-      ServoSide side(seat.mailbox);
+      FlightRecorder recorder(seat.flights[0]);
+      ServoSide side(seat.mailboxes[0]);
       DeviceCommand command;
       StepTrace trace;
       while (!seat.stop.load()) {

@@ -131,7 +131,7 @@ TEST_SUITE("hal.zero_keeper") {
     ServoProcess guardian;
     REQUIRE(guardian.start([&] {
       const ZeroCommand command = zero_of(FalconDriver(FalconSettings{}), wire.ends[0]);
-      send_zero_on_fatal(&command);
+      send_zero_on_fatal(0, &command);
       return raise(SIGSEGV);
     }) == 0);
     CHECK(guardian.finish(kKeeperPatience_ms).signal == SIGSEGV);

@@ -94,7 +94,7 @@ HeldDevice::~HeldDevice() {
 }
 
 int HeldDevice::serve(const hal::ServoSeat& seat) {
-  FlightRecorder recorder(seat.flight);
+  FlightRecorder recorder(seat.flights[0]);
   ServoParameters parameters;
   parameters.limits = limits_;
   parameters.switches.deadman = kDeadman;
@@ -103,7 +103,7 @@ int HeldDevice::serve(const hal::ServoSeat& seat) {
   hal::ServoLoopSettings settings;
   settings.clock = &Servo::clock;
   settings.clock_context = &servo;
-  hal::ServoLoop loop(tick, seat.mailbox, settings);
+  hal::ServoLoop loop(tick, seat.mailboxes[0], settings);
   loop.watch(&Servo::note, &servo);
   return loop.run(seat.stop) == 0 ? hal::kGuardianDone : hal::kGuardianOsRefused;
 }

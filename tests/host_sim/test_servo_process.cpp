@@ -260,7 +260,7 @@ TEST_SUITE("host_sim.servo_process") {
     CHECK((held->sent().back().faults & kLinkServoLost) != 0);
     check_steps(*held);
     check_device(*held);
-    check_flight(*held, held->guardian().servo_end().records);
+    check_flight(*held, held->guardian().servo_end().records[0]);
 
     check_takes_over(*held);
     CHECK_FALSE(held->guardian().take_over());  // it has not ended
@@ -282,13 +282,13 @@ TEST_SUITE("host_sim.servo_process") {
     tell("SIGSEGV", *held, check_fall(*held, crashed_ns, last_tick));
     check_steps(*held);
     check_device(*held);
-    check_flight(*held, end.records);
+    check_flight(*held, end.records[0]);
     // In the tick of the fault it said nothing any more: what was handed over last is the record's.
     const SentCommand& last = held->sent()[last_tick(held->sent())];
-    CHECK(end.records.back().tick == last.tick);
-    const double* force = end.records.back().command_force_n;
+    CHECK(end.records[0].back().tick == last.tick);
+    const double* force = end.records[0].back().command_force_n;
     CHECK((sim::Vector(force[0], force[1], force[2]) - last.force_n).norm() < 2 * kRounding_n);
-    CHECK(hal::flight_text(end.records, 5).find(" armed ") != std::string::npos);
+    CHECK(hal::flight_text(end.records[0], 5).find(" armed ") != std::string::npos);
     CHECK_FALSE(held->guardian().take_over());  // there is no spare
     CHECK(held->guardian().stop());
   }
@@ -352,7 +352,7 @@ TEST_SUITE("host_sim.servo_process") {
     const int code = held.guardian().run([&](const hal::ServoEnd& end) {
       told.push_back(end.number);
       CHECK(end.end.signal == SIGSEGV);
-      CHECK(end.records.empty() == (end.number == 1));
+      CHECK(end.records[0].empty() == (end.number == 1));
     });
     CHECK(code == hal::kGuardianServoFailed);
     CHECK(told == std::vector<unsigned>{0, 1});
@@ -367,7 +367,7 @@ TEST_SUITE("host_sim.servo_process") {
       int told = 0;
       CHECK(guardian.run([&told](const hal::ServoEnd& end) {
         ++told;
-        CHECK(end.records.empty());
+        CHECK(end.records[0].empty());
       }) == (code == 77 ? hal::kGuardianServoFailed : code));
       CHECK(told == 1);
     }

@@ -19,6 +19,17 @@ std::string metres_text(double value) {
   return short_number(rounded == 0 ? 0.0 : rounded, 7);
 }
 
+/// "[limits]", or "[limits2]" of the second device.
+std::string table(const char* name, const ArmingNews& news) {
+  return std::string("[") + name + (news.device == 2 ? "2]" : "]");
+}
+
+/// How a part that has left its limits comes back.
+std::string back_text(const ArmingNews& news, const char* verb, const std::string& otherwise) {
+  if (news.device == 0 && news.finds_place != 0) return "the part begins at the start again";
+  return std::string(verb) + " the part back" + (news.device == 0 ? otherwise : "");
+}
+
 std::string fix_of(std::uint32_t fault, const ArmingNews& news) {
   const std::string there = place_keys(news);
   switch (fault) {
@@ -36,7 +47,8 @@ std::string fix_of(std::uint32_t fault, const ArmingNews& news) {
     case kFaultDevice:
       return "what the device or its link says beside it has to go first";
     case kFaultEmergencyStop:
-      return "let go of the stop ([switches] emergency_stop)";
+      return "let go of the stop (" + table("switches", news) + " emergency_stop)" +
+             (news.device > 0 ? ", which is that of both devices" : "");
     case kFaultScene:
       return news.finds_place != 0
                  ? "give the scene a start that is free: [moving] position_m; until then the part "
@@ -47,17 +59,15 @@ std::string fix_of(std::uint32_t fault, const ArmingNews& news) {
     case kFaultInternal:
       return "keep the last ticks ([recorder] crash_file) and report it with the scene";
     case kFaultEnvelope:
-      return std::string(news.finds_place != 0 ? "the part begins at the start again"
-                                               : "turn the part back") +
+      return back_text(news, "turn", "") +
              "; [motion_limits] orientation of the scene is the limit";
     case kFaultWorkspace:
-      return std::string(news.finds_place != 0 ? "the part begins at the start again"
-                                               : "bring the part back, or give " + there) +
-             "; [motion_limits] workspace of the scene is the limit, [workspace] scale reaches "
-             "less far";
+      return back_text(news, "bring", ", or give " + there) +
+             "; [motion_limits] workspace of the scene is the limit, " + table("workspace", news) +
+             " scale reaches less far";
     case kFaultJump:
-      return "a hand is no faster than [limits] jump_speed_m_per_s and jump_turn_rad_per_s: look "
-             "at the encoders";
+      return "a hand is no faster than " + table("limits", news) +
+             " jump_speed_m_per_s and jump_turn_rad_per_s: look at the encoders";
     case kFaultSequence:
       return "states must come in order: is another program at the device?";
     case kFaultFrame:
@@ -75,8 +85,9 @@ void each_bit(std::uint32_t set, const Told& told) {
 
 }  // namespace
 
-ArmingNewsTaker::ArmingNewsTaker(const ServoParameters& parameters) noexcept
+ArmingNewsTaker::ArmingNewsTaker(const ServoParameters& parameters, std::uint32_t device) noexcept
     : map_(parameters.map), start_{true, true, parameters.start.pose_wa} {
+  news_.device = device;
   news_.deadman = parameters.switches.deadman;
   news_.finds_place = parameters.start.place ? 1 : 0;
 }
@@ -133,7 +144,8 @@ std::string wait_text(const ArmingNews& news) {
     return "states or ticks come too late: run_device doctor says what holds them up";
   if ((w & kWaitRampOut) != 0) return "the force ramps to zero";
   const std::string deadman =
-      "the deadman switch ([switches] deadman = " + std::to_string(news.deadman) + ") ";
+      "the deadman switch (" + table("switches", news) +
+      " deadman = " + std::to_string(news.deadman) + ") ";
   if ((w & kWaitDeadmanReleased) != 0)
     return deadman + "is held and counts only once it has been released and is pressed again";
   if ((w & kWaitDeadmanPressed) != 0) return deadman + "is not pressed";

@@ -17,7 +17,7 @@ struct ArmingNews {
   std::uint32_t begins = 0;       ///< ticks in which the part began, so far
   std::uint32_t deadman = 1;      ///< [switches] deadman
   std::uint32_t finds_place = 0;  ///< 1: [workspace] offset_m is found; 0: given
-  std::uint32_t reserved = 0;
+  std::uint32_t device = 0;       ///< 1 and 2 of two, whose parts go on from where they are
   std::uint64_t inside_ticks = 0;  ///< in a row that the part is led out of an obstacle
   double offset_m[3] = {};         ///< with which the handle, where it stood when the
                                    ///< part began, has it where the scene has it start
@@ -27,8 +27,9 @@ struct ArmingNews {
 /// Makes them of the servo's ticks.
 class ArmingNewsTaker {
  public:
-  /// `parameters`: of the tick, its grip point and start from the scene.
-  explicit ArmingNewsTaker(const ServoParameters& parameters) noexcept;
+  /// `parameters`: of the tick, its grip point and start from the scene. `device`: as in
+  /// ArmingNews.
+  explicit ArmingNewsTaker(const ServoParameters& parameters, std::uint32_t device = 0) noexcept;
   /// Takes one tick, in order. Servo thread; cost: a constant.
   void take(const ServoInput& input, const ServoResult& result) noexcept;
   [[nodiscard]] const ArmingNews& news() const noexcept { return news_; }

@@ -83,7 +83,7 @@ void read_driver_keys(const TomlTable& device, const hal::DriverRow* row,
 }
 
 void read_address(const TomlTable& device, const std::filesystem::path& folder, bool used,
-                  DeviceConfig& config) {
+                  HandDevice& config) {
   const auto address = device.text("address");
   if (!address) return;
   if (address->starts_with(kSocketPrefix)) {
@@ -101,14 +101,28 @@ void read_address(const TomlTable& device, const std::filesystem::path& folder, 
   if (used) config.address = read;
 }
 
-void read_device(const TomlTable& top, const std::filesystem::path& folder,
-                 const std::string& chosen, DeviceConfig& config) {
+/// The tables of one device: [device], [workspace] and so on, or those with a 2 behind the name.
+struct Tables {
+  const TomlTable& top;
+  std::string number;  ///< "", "2"
+
+  [[nodiscard]] std::string name(const char* table) const { return table + number; }
+  [[nodiscard]] std::optional<TomlTable> table(const char* called,
+                                               std::vector<std::string_view> known) const {
+    return top.table(name(called), std::move(known));
+  }
+};
+
+void read_device(const Tables& tables, const std::filesystem::path& folder,
+                 const std::string& chosen, HandDevice& config) {
   std::vector<std::string_view> known = {"driver", "address"};
   for (const hal::DriverRow& row : hal::driver_rows()) {
     for (const hal::DriverKey& key : row.keys) known.push_back(key.name);
   }
-  const auto device = top.table("device", known);
-  if (!device && chosen.empty()) top.fail_missing("device", "add the table [device] with driver");
+  const auto device = tables.table("device", known);
+  const std::string name_of_table = tables.name("device");
+  if (!device && chosen.empty())
+    tables.top.fail_missing(name_of_table, "add the table [" + name_of_table + "] with driver");
   config.driver_name = chosen;
   hal::DriverOptions options;
   options.has_deadman = !config.deadman_input.path.empty();
@@ -141,7 +155,7 @@ void read_device(const TomlTable& top, const std::filesystem::path& folder,
 
 void read_loop(const TomlTable& top, DeviceConfig& config) {
   LoopConfig& loop = config.loop;
-  loop.strict = config.has_motors;
+  loop.strict = config.has_motors();
   const auto t = top.table("loop", {"rate_hz", "clocking", "servo_priority", "usb_priority",
                                     "servo_cpu", "usb_cpu", "lock_memory", "strict"});
   if (!t) return;
@@ -161,19 +175,25 @@ void read_loop(const TomlTable& top, DeviceConfig& config) {
   loop.strict = t->flag("strict").value_or(loop.strict);
 }
 
-void read_workspace(const TomlTable& top, DeviceConfig& config) {
+void read_workspace(const Tables& tables, bool of_two, HandDevice& config) {
   WorkspaceMap& map = config.servo.map;
   // D as the device has it, to x right, y away, z up; the user turns from there.
   const Quat upright = config.driver->capabilities().q_wd;
   map.q_wd = upright;
   map.handle_offset_h = config.driver->capabilities().handle_offset_h;
-  const auto t =
-      top.table("workspace", {"scale", "offset_m", "rotation", "part_rotation", "handle_offset_m"});
+  const auto t = tables.table(
+      "workspace", {"scale", "offset_m", "rotation", "part_rotation", "handle_offset_m"});
   // Where the device's origin is, and how the part is turned in the handle: found where nobody
   // says.
   config.servo.start.place = !t || !t->has("offset_m");
   config.servo.start.turn = config.servo.start.place && (!t || !t->has("part_rotation"));
   if (!t) return;
+  for (const char* const key : {"offset_m", "part_rotation"}) {
+    if (of_two && t->has(key))
+      t->fail(key,
+              "is of one device; the parts of two hands begin where the scene has them start and "
+              "are led on from where they are, wherever the handles stand; remove the key");
+  }
   if (const auto offset = t->vector3("handle_offset_m", kHandleOffset_m)) {
     for (int k = 0; k < 3; ++k)
       map.handle_offset_h[k] = static_cast<Real>((*offset)[static_cast<std::size_t>(k)]);
@@ -194,9 +214,9 @@ void read_workspace(const TomlTable& top, DeviceConfig& config) {
   }
 }
 
-void read_limits(const TomlTable& top, DeviceConfig& config) {
+void read_limits(const Tables& tables, std::int64_t period_ns, HandDevice& config) {
   SafetyLimits& limits = config.servo.limits;
-  limits = hal::limits_of(config.driver->capabilities(), config.loop.period_ns);
+  limits = hal::limits_of(config.driver->capabilities(), period_ns);
   const std::pair<std::string_view, Real SafetyLimits::*> fields[] = {
       {"max_force_n", &SafetyLimits::max_force_n},
       {"max_torque_nm", &SafetyLimits::max_torque_nm},
@@ -210,7 +230,7 @@ void read_limits(const TomlTable& top, DeviceConfig& config) {
       {"jump_turn_rad_per_s", &SafetyLimits::jump_turn_rad_per_s}};
   std::vector<std::string_view> known = {"ramp_in_s"};
   for (const auto& field : fields) known.push_back(field.first);
-  const auto t = top.table("limits", known);
+  const auto t = tables.table("limits", known);
   if (!t) return;
   for (const auto& [key, member] : fields) {
     const auto value = t->number(key, {0.0, std::numeric_limits<double>::infinity()});
@@ -242,14 +262,14 @@ void read_limits(const TomlTable& top, DeviceConfig& config) {
                                        "; lower that one too");
 }
 
-std::optional<TomlTable> switches_table(const TomlTable& top) {
-  return top.table("switches",
-                   {"deadman", "clutch", "emergency_stop", "deadman_input", "deadman_key"});
+std::optional<TomlTable> switches_table(const Tables& tables) {
+  return tables.table("switches",
+                      {"deadman", "clutch", "emergency_stop", "deadman_input", "deadman_key"});
 }
 
 /// A key of a Linux input device, beside the haptic one.
-void read_deadman_input(const TomlTable& top, hal::KeySwitchSettings& input) {
-  const auto t = switches_table(top);
+void read_deadman_input(const Tables& tables, hal::KeySwitchSettings& input) {
+  const auto t = switches_table(tables);
   if (!t) return;
   const auto path = t->path("deadman_input");
   const bool has_key = t->has("deadman_key");
@@ -262,9 +282,9 @@ void read_deadman_input(const TomlTable& top, hal::KeySwitchSettings& input) {
   input.key = static_cast<std::uint16_t>(integer_in(*t, "deadman_key", 1, KEY_MAX, -1));
 }
 
-void read_switches(const TomlTable& top, DeviceConfig& config) {
+void read_switches(const Tables& tables, HandDevice& config) {
   SwitchMap& switches = config.servo.switches;
-  const auto t = switches_table(top);
+  const auto t = switches_table(tables);
   if (!t) return;
   const bool has_input = !config.deadman_input.path.empty();
   if (has_input && !t->has("deadman")) switches.deadman = hal::kInputSwitch;
@@ -280,6 +300,39 @@ void read_switches(const TomlTable& top, DeviceConfig& config) {
   if ((switches.deadman & switches.clutch) != 0)
     t->fail("clutch", "shares a switch with deadman; give each its own");
   if (has_input) switches.deadman |= hal::kInputSwitch;
+}
+
+/// Which tables of a second device there are without it.
+void check_second(const TomlTable& top, bool has_second) {
+  if (has_second) return;
+  for (const char* const table : {"workspace2", "limits2", "switches2"}) {
+    if (top.has(table))
+      top.fail(table, "is of a second device, and there is none; add the table [device2] with "
+                      "driver, or remove this one");
+  }
+}
+
+/// Two devices must be told apart: a link takes the first one that its address fits.
+void check_places(const TomlTable& top, const std::vector<HandDevice>& devices) {
+  const HandDevice &first = devices[0], &second = devices[1];
+  if (first.simulated || second.simulated) return;
+  bool is_apart = first.driver_name != second.driver_name;
+  if (first.socket_path.empty() != second.socket_path.empty()) {
+    is_apart = true;
+  } else if (!first.socket_path.empty()) {
+    is_apart = first.socket_path != second.socket_path;
+  } else if (!is_apart) {
+    const auto named = [](const HandDevice& d) {
+      return d.address.serial.empty() && d.address.bus_path.empty()
+                 ? std::string()
+                 : d.address.serial + "@" + d.address.bus_path;
+    };
+    is_apart = !named(first).empty() && !named(second).empty() && named(first) != named(second);
+  }
+  if (!is_apart)
+    top.fail("device2",
+             "cannot be told from [device]; give both an address that one device alone has: "
+             "VID:PID:SERIAL, a place on the bus as in 1-2.3, or unix:PATH");
 }
 
 }  // namespace
@@ -308,7 +361,20 @@ std::string driver_help() {
   return text.str();
 }
 
-DeviceConfig read_device_config(const std::filesystem::path& path, const std::string& device) {
+std::string device_words(const DeviceConfig& config, std::size_t device) {
+  return config.has_two() ? "device " + std::to_string(device + 1) + ": " : "";
+}
+
+std::filesystem::path crash_file_of(const std::filesystem::path& file, std::size_t device) {
+  if (device == 0 || file.empty()) return file;
+  std::filesystem::path numbered = file;
+  numbered.replace_filename(file.stem().string() + "-device" + std::to_string(device + 1) +
+                            file.extension().string());
+  return numbered;
+}
+
+DeviceConfig read_device_config(const std::filesystem::path& path, const std::string& device,
+                                const std::string& device2) {
   const toml::table root = read_toml_file(path.string(), kLargestFileBytes, "the configuration");
   const std::filesystem::path folder = path.parent_path();
   if (!root.contains("scene") && root.contains("moving"))
@@ -317,8 +383,10 @@ DeviceConfig read_device_config(const std::filesystem::path& path, const std::st
                      " -o SCENE.rtscene', and give a configuration with scene = "
                      "\"SCENE.rtscene\" here ('run_device run --help')");
   const TomlTable top(root, path.string(), "",
-                      {"scene", "device", "loop", "workspace", "limits", "switches", "recorder"});
+                      {"scene", "device", "device2", "loop", "workspace", "workspace2", "limits",
+                       "limits2", "switches", "switches2", "recorder"});
   DeviceConfig config;
+  config.file = path;
   const auto scene = top.path("scene");
   if (!scene) top.fail_missing("scene", "give the path of a compiled scene (.rtscene)");
   config.scene = folder / *scene;
@@ -328,16 +396,30 @@ DeviceConfig read_device_config(const std::filesystem::path& path, const std::st
                           "'; compile it with graph_compiler; the path counts from this file's "
                           "folder");
   note_input(config.scene, "the compiled scene");
-  read_deadman_input(top, config.deadman_input);
-  read_device(top, folder, device, config);
+  const bool has_second = top.has("device2") || !device2.empty();
+  check_second(top, has_second);
+  config.devices.resize(has_second ? 2 : 1);
+  const auto each = [&](auto&& read) {
+    for (std::size_t k = 0; k < config.devices.size(); ++k)
+      read(Tables{top, k == 0 ? "" : "2"}, config.devices[k], k == 0 ? device : device2);
+  };
+  each([&](const Tables& tables, HandDevice& of, const std::string& chosen) {
+    read_deadman_input(tables, of.deadman_input);
+    read_device(tables, folder, chosen, of);
+  });
+  if (has_second) check_places(top, config.devices);
   read_loop(top, config);
-  read_workspace(top, config);
-  read_limits(top, config);
-  read_switches(top, config);
+  each([&](const Tables& tables, HandDevice& of, const std::string&) {
+    read_workspace(tables, has_second, of);
+    read_limits(tables, config.loop.period_ns, of);
+    read_switches(tables, of);
+  });
   if (const auto recorder = top.table("recorder", {"flight_seconds", "crash_file"})) {
     config.flight_seconds = recorder->number("flight_seconds", kFlight_s).value_or(4.0);
     if (const auto file = recorder->path("crash_file")) config.crash_file = folder / *file;
-    claim_output(config.crash_file, "crash_file", csv_kind("tick,sequence,stamp_ns"));
+    for (std::size_t k = 0; k < config.devices.size(); ++k)
+      claim_output(crash_file_of(config.crash_file, k), "crash_file",
+                   csv_kind("tick,sequence,stamp_ns"));
   }
   return config;
 }

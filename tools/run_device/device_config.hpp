@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The configuration of `run_device run`: scene, device, loop, workspace, limits, switches,
-/// recorder. The table of keys is in README.md.
+/// The configuration of `run_device run`: scene, one device or two with workspace, limits and
+/// switches each, loop, recorder. The table of keys is in README.md.
 
+#include <algorithm>
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "hal/drivers/driver.hpp"
 #include "hal/input/key_switch.hpp"
@@ -25,21 +28,39 @@ struct LoopConfig {
   bool strict = false;
 };
 
-struct DeviceConfig {
-  std::filesystem::path scene;  ///< of the compiled scene, from the working folder
+/// A device, with all that is its own.
+struct HandDevice {
   std::string driver_name;      ///< as in the file, or as --device has it
   bool simulated = false;       ///< the peer in this process, no bus
   hal::UsbAddress address;
   std::string socket_path;  ///< of a device in another process; empty: it is on the bus
   hal::KeySwitchSettings deadman_input;  ///< no path: the device's own switches alone
   std::unique_ptr<hal::Driver> driver;
-  bool has_motors = false;         ///< force can reach a hand
-  bool accept_unbudgeted = false;  ///< gains beyond the device's passivity budget, or without one
+  bool has_motors = false;  ///< force can reach a hand
+  ServoParameters servo;    ///< except for grip point and start, which the scene has
+};
+
+struct DeviceConfig {
+  std::filesystem::path file;       ///< itself, for messages
+  std::filesystem::path scene;      ///< of the compiled scene, from the working folder
+  std::vector<HandDevice> devices;  ///< by hand of the scene; one or two
+  bool accept_unbudgeted = false;   ///< gains beyond a device's passivity budget, or without one
   LoopConfig loop;
-  ServoParameters servo;  ///< except for grip point and start, which the scene has
   double flight_seconds = 4.0;
   std::filesystem::path crash_file;  ///< empty: the last ticks go to stderr alone
+
+  [[nodiscard]] bool has_two() const { return devices.size() > 1; }
+  [[nodiscard]] bool has_motors() const {
+    return std::ranges::any_of(devices, &HandDevice::has_motors);
+  }
 };
+
+/// "device 2: ", in front of what is said of one of two; of the only one nothing.
+[[nodiscard]] std::string device_words(const DeviceConfig& config, std::size_t device);
+
+/// The crash file of a device: that of the second has its number before the ending.
+[[nodiscard]] std::filesystem::path crash_file_of(const std::filesystem::path& file,
+                                                  std::size_t device);
 
 /// Names that [device] driver may have: those of hal/drivers/driver_registry.hpp, and "sim".
 [[nodiscard]] bool is_driver_name(const std::string& name);
@@ -51,10 +72,12 @@ struct DeviceConfig {
 [[nodiscard]] std::string driver_help();
 
 /// Paths in the file count from its folder.
-/// @param device  instead of the file's [device] driver; empty: as the file says.
+/// @param device   instead of the file's [device] driver; empty: as the file says.
+/// @param device2  the same of [device2], which the file then need not have.
 /// @throws InputError "file:line:column: defect; fix" for what is missing, unknown, of the wrong
 ///   type, out of its range, or beyond the limits of the device.
 [[nodiscard]] DeviceConfig read_device_config(const std::filesystem::path& path,
-                                              const std::string& device);
+                                              const std::string& device,
+                                              const std::string& device2 = "");
 
 }  // namespace haptic::tools

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// One run of a device: guardian, servo process and its spare, link and its thread; the state of
-/// all of it while it runs, and the account at its end.
+/// One run of a device, or of two: guardian, servo process and its spare, a link and its thread for
+/// each device; the state of all of it while it runs, and the account at its end.
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -32,8 +33,10 @@ struct Refusal {
   int error = 0;     ///< errno
 };
 
-/// For people who watch: what the device is handed is told by its link, not by who asked for it.
+/// For people who watch, of one device: what it is handed is told by its link, not by who asked
+/// for it.
 struct RunStatus {
+  unsigned device = 0;                ///< 1 and 2 of two; 0: there is one
   double t_s = 0;                     ///< since the device is held
   double force_n = 0, torque_nm = 0;  ///< handed to the device last
   std::uint32_t link_faults = 0;      ///< DeviceFault, for which the guard holds back
@@ -54,35 +57,44 @@ struct RunCrash {
   unsigned number = 0;
   int pid = -1;
   std::string end;  ///< "killed by signal 11 (Segmentation fault)"
-  std::vector<StepTrace> records;
+  std::array<std::vector<StepTrace>, hal::kMostDevices> records;  ///< by device
+};
+
+/// One device of a run.
+struct DeviceAccount {
+  std::string driver;
+  TickCounts counts;       ///< over all servo processes; what is of the loop is that of each
+  SessionVerdict verdict;  ///< over all servo processes
+  LinkTimes link_times;
+  hal::LinkCounters link;
+  std::string trouble;
+  std::string waits_for;  ///< why it was not armed at the end; empty: it was
+  RunEnding ending;
+  std::optional<SimulatedPeerCounters> peer;
 };
 
 struct RunAccount {
   int exit_code = 0;
-  std::string driver, scene, why;  ///< why it ended, for people
+  std::string scene, why;  ///< why it ended, for people
   double seconds = 0;
-  TickCounts counts;       ///< over all servo processes
-  SessionVerdict verdict;  ///< over all servo processes
+  std::vector<DeviceAccount> devices;
   unsigned processes = 0;
   ServoTimes times;  ///< of the last servo process
-  LinkTimes link_times;
   std::optional<hal::PageFaults> page_faults;  ///< of its loop; none where it was killed
   std::int64_t heap_grown_bytes = 0;
-  hal::LinkCounters link;
-  std::string trouble;
-  std::string waits_for;  ///< why nothing was armed at the end; empty: it was
-  RunEnding ending;
-  std::optional<SimulatedPeerCounters> peer;
   std::vector<Refusal> refusals;
   bool failed_by_verdict = false;  ///< nothing else is why exit_code is not 0
   bool refused = false;            ///< in strict: nothing was armed, as the machine is not fit
   double share = 1;                ///< of force and torque, as the machine is fit for them
+
+  /// Of the loop, which all devices share.
+  [[nodiscard]] const TickCounts& loop() const { return devices.front().counts; }
 };
 
 /// Reports of a run while it goes on; called on the thread that runs it.
 struct RunWatch {
   double status_every_s = 1.0;
-  std::function<void(const RunStatus&)> status;
+  std::function<void(const RunStatus&)> status;  ///< of each device
   std::function<void(const std::vector<Refusal>&)> refusals;
   std::function<void(const RunCrash&)> crash;
   std::function<void(const std::vector<std::string>&)> notes;  ///< a line each
@@ -94,7 +106,7 @@ struct RunWatch {
 
 /// Runs until a signal (StopSignals), the `length` asked for or the end of the servo; then ramps
 /// down and closes, in order. Single-threaded until the servo processes are forked. The config's
-/// driver is used. Exit code 1 also where the time is over before the ticks are done.
+/// drivers are used. Exit code 1 also where the time is over before the ticks are done.
 [[nodiscard]] RunAccount run_device_of(const DeviceConfig& config, const SceneBytes& scene,
                                        const RunLength& length, const RunWatch& watch);
 

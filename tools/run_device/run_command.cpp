@@ -107,10 +107,13 @@ std::string ending_text(const RunEnding& e) {
 /// One line, without its end: time, ticks, late ones by degree, link, arming, force, faults.
 std::string status_text(const RunStatus& s) {
   const TickCounts& c = s.servo.counts;
-  std::string line =
-      formatted("%7.1f s  %llu ticks, late %llu/%llu/%llu  link %s  %s  %.2f N %.3f N m", s.t_s,
-                wide(c.ticks), wide(c.late[1]), wide(c.late[2]), wide(c.late[3]), to_text(s.link),
-                s.is_silent() ? "silent" : to_text(s.servo.arming), s.force_n, s.torque_nm);
+  std::string line = formatted("%7.1f s  ", s.t_s);
+  if (s.device <= 1)
+    line += formatted("%llu ticks, late %llu/%llu/%llu  ", wide(c.ticks), wide(c.late[1]),
+                      wide(c.late[2]), wide(c.late[3]));
+  if (s.device > 0) line += formatted("device %u  ", s.device);
+  line += formatted("link %s  %s  %.2f N %.3f N m", to_text(s.link),
+                    s.is_silent() ? "silent" : to_text(s.servo.arming), s.force_n, s.torque_nm);
   const std::string faults = faults_text(s.servo.safety_faults, s.device_faults());
   if (!faults.empty()) line += "  " + faults;
   const std::string wait = wait_text(s.servo.arming_news);
@@ -119,11 +122,18 @@ std::string status_text(const RunStatus& s) {
   return line;
 }
 
+/// `kind`, and of which of two devices.
+ordered_json line_json(const char* kind, unsigned device) {
+  ordered_json json = {{"kind", kind}};
+  if (device > 0) json["device"] = device;
+  return json;
+}
+
 /// {"kind": "status", ...}
 ordered_json status_json(const RunStatus& s) {
   const TickCounts& c = s.servo.counts;
-  return {{"kind", "status"},
-          {"t_s", s.t_s},
+  ordered_json json = line_json("status", s.device);
+  json.update(ordered_json{{"t_s", s.t_s},
           {"ticks", c.ticks},
           {"late", late_json(c)},
           {"link", to_text(s.link)},
@@ -141,7 +151,8 @@ ordered_json status_json(const RunStatus& s) {
           {"safety_faults", hal::safety_fault_texts(s.servo.safety_faults)},
           {"device_faults", hal::device_fault_texts(s.device_faults())},
           {"reports", s.counters.reports},
-          {"sent", s.counters.sent}};
+          {"sent", s.counters.sent}});
+  return json;
 }
 
 /// A line for each, and one with the fix.
@@ -157,22 +168,68 @@ std::string refusals_text(const std::vector<Refusal>& refusals, bool strict) {
   return text + "Mend: run_device doctor says how\n";
 }
 
-/// The last line: the verdict, or why the run failed otherwise. That no force was ever given is
-/// said too.
-std::string verdict_text(const RunAccount& a) {
-  std::string other;
-  if (a.exit_code != kExitDone && !a.failed_by_verdict)
-    other = (a.processes > 1 ? "a servo process crashed; " : "") + a.why;
-  std::string text(verdict_line(a.verdict, other).view());
-  if (a.counts.armings == 0) text += "; the device was never armed";
+/// Why the run failed besides what its verdict says; empty: it did not.
+std::string other_failure(const RunAccount& a) {
+  if (a.exit_code == kExitDone || a.failed_by_verdict) return "";
+  return (a.processes > 1 ? "a servo process crashed; " : "") + a.why;
+}
+
+/// The verdict of a device. That no force was ever given is said too.
+std::string verdict_text(const DeviceAccount& d, const std::string& other) {
+  std::string text(verdict_line(d.verdict, other).view());
+  if (d.counts.armings == 0) text += "; the device was never armed";
   return text;
+}
+
+/// The last line: the verdict, or why the run failed otherwise; of two devices that of each.
+std::string verdict_text(const RunAccount& a) {
+  const std::string other = other_failure(a);
+  if (a.devices.size() == 1) return verdict_text(a.devices[0], other);
+  std::string text;
+  for (std::size_t k = 0; k < a.devices.size(); ++k)
+    text += (k > 0 ? "; device " : "device ") + std::to_string(k + 1) + ": " +
+            verdict_text(a.devices[k], "");
+  if (a.exit_code == kExitDone) return text;
+  return "FAILED: " + (other.empty() ? text : other + "; " + text);
+}
+
+std::string device_text(const DeviceAccount& d) {
+  const TickCounts& c = d.counts;
+  std::string text =
+      formatted("  armed       %llu ticks, %u times; in contact %llu; largest %.3g N, %.3g N m\n",
+                wide(c.armed_ticks), c.armings, wide(c.contact_ticks), c.largest_force_n,
+                c.largest_torque_nm);
+  if (c.armed_ticks == 0 && !d.waits_for.empty()) text += "  not armed   " + d.waits_for + "\n";
+  text += formatted(
+      "  link        %llu connects, %llu disconnects, %llu reports, %llu bad, %llu sent, %llu "
+      "failed\n",
+      wide(d.link.connects), wide(d.link.disconnects), wide(d.link.reports),
+      wide(d.link.bad_length + d.link.bad_check + d.link.bad_number + d.link.not_advancing),
+      wide(d.link.sent), wide(d.link.send_failed));
+  text += times_text("reports off", d.link_times.report_jitter);
+  text += times_text("sends off", d.link_times.send_jitter);
+  text += times_text("answer", d.link_times.answer);
+  if (!d.trouble.empty()) text += "  trouble     " + d.trouble + "\n";
+  const std::string faults = faults_text(c.safety_faults, c.device_faults);
+  text += "  faults      " + (faults.empty() ? "none" : faults) + "\n";
+  return text + "  end         " + ending_text(d.ending);
+}
+
+std::string memory_text(const RunAccount& a) {
+  if (!a.page_faults) return "";
+  return formatted(
+      "  memory      %lld minor and %lld major page faults in the loop; heap %+lld bytes\n",
+      static_cast<long long>(a.page_faults->minor), static_cast<long long>(a.page_faults->major),
+      static_cast<long long>(a.heap_grown_bytes));
 }
 
 /// Several lines.
 std::string summary_text(const RunAccount& a) {
-  const TickCounts& c = a.counts;
+  const TickCounts& c = a.loop();
+  std::string drivers;
+  for (const DeviceAccount& d : a.devices) drivers += (drivers.empty() ? "" : " and ") + d.driver;
   std::string text =
-      a.driver + " on " + a.scene + formatted(", %.1f s: ", a.seconds) + a.why + "\n";
+      drivers + " on " + a.scene + formatted(", %.1f s: ", a.seconds) + a.why + "\n";
   text += formatted("  ticks       %llu; late by less than a period %llu, held %llu, beyond %llu\n",
                     wide(c.ticks), wide(c.late[1]), wide(c.late[2]), wide(c.late[3]));
   const auto by = [&c](hal::LateCause cause) {
@@ -185,87 +242,91 @@ std::string summary_text(const RunAccount& a) {
       by(hal::LateCause::kTogether));
   text += times_text("wake-ups", a.times.wakeups);
   text += times_text("tick", a.times.ticks);
-  text +=
-      formatted("  armed       %llu ticks, %u times; in contact %llu; largest %.3g N, %.3g N m\n",
-                wide(c.armed_ticks), c.armings, wide(c.contact_ticks), c.largest_force_n,
-                c.largest_torque_nm);
-  if (c.armed_ticks == 0 && !a.waits_for.empty()) text += "  not armed   " + a.waits_for + "\n";
-  text += formatted(
-      "  link        %llu connects, %llu disconnects, %llu reports, %llu bad, %llu sent, %llu "
-      "failed\n",
-      wide(a.link.connects), wide(a.link.disconnects), wide(a.link.reports),
-      wide(a.link.bad_length + a.link.bad_check + a.link.bad_number + a.link.not_advancing),
-      wide(a.link.sent), wide(a.link.send_failed));
-  text += times_text("reports off", a.link_times.report_jitter);
-  text += times_text("sends off", a.link_times.send_jitter);
-  text += times_text("answer", a.link_times.answer);
-  if (!a.trouble.empty()) text += "  trouble     " + a.trouble + "\n";
-  const std::string faults = faults_text(c.safety_faults, c.device_faults);
-  text += "  faults      " + (faults.empty() ? "none" : faults) + "\n";
-  if (a.page_faults) {
-    text += formatted(
-        "  memory      %lld minor and %lld major page faults in the loop; heap %+lld bytes\n",
-        static_cast<long long>(a.page_faults->minor), static_cast<long long>(a.page_faults->major),
-        static_cast<long long>(a.heap_grown_bytes));
+  text += memory_text(a);
+  for (std::size_t k = 0; k < a.devices.size(); ++k) {
+    if (a.devices.size() > 1) text += "device " + std::to_string(k + 1) + "\n";
+    text += device_text(a.devices[k]);
   }
-  text += "  end         " + ending_text(a.ending);
   return text + verdict_text(a);
 }
 
-/// {"kind": "summary", ...}
+/// The keys of one device, in two halves: between them stand those of the loop.
+ordered_json device_json(const DeviceAccount& d) {
+  const TickCounts& c = d.counts;
+  return {{"armed_ticks", c.armed_ticks},
+          {"contact_ticks", c.contact_ticks},
+          {"armings", c.armings},
+          {"waits_for", d.waits_for},
+          {"largest_force_n", c.largest_force_n},
+          {"largest_torque_nm", c.largest_torque_nm},
+          {"safety_faults", hal::safety_fault_texts(c.safety_faults)},
+          {"device_faults", hal::device_fault_texts(c.device_faults)}};
+}
+
+ordered_json device_link_json(const DeviceAccount& d) {
+  ordered_json json;
+  json["report_jitter"] = times_json(d.link_times.report_jitter);
+  json["send_jitter"] = times_json(d.link_times.send_jitter);
+  json["answer"] = times_json(d.link_times.answer);
+  json["link"] = link_json(d.link);
+  json["trouble"] = d.trouble;
+  json["ending"] = {{"force_n", d.ending.force_n},
+                    {"outputs", d.ending.outputs},
+                    {"jumps", d.ending.jumps},
+                    {"last_force_n", d.ending.last_force_n},
+                    {"last_torque_nm", d.ending.last_torque_nm}};
+  if (d.peer) {
+    json["peer"] = {{"commands", d.peer->commands},
+                    {"refused", d.peer->refused},
+                    {"watchdog_cuts", d.peer->watchdog_cuts},
+                    {"released", d.peer->released}};
+  }
+  return json;
+}
+
+/// {"kind": "summary", ...}; with one device its keys are among them, of two they are in `devices`.
 ordered_json summary_json(const RunAccount& a) {
-  const TickCounts& c = a.counts;
-  ordered_json json = {{"kind", "summary"},
-                       {"exit_code", a.exit_code},
-                       {"why", a.why},
-                       {"driver", a.driver},
-                       {"scene", a.scene},
-                       {"seconds", a.seconds},
-                       {"servo_processes", a.processes},
-                       {"ticks", c.ticks},
-                       {"late", late_json(c)},
-                       {"late_by_cause", causes_json(c)},
-                       {"armed_ticks", c.armed_ticks},
-                       {"contact_ticks", c.contact_ticks},
-                       {"armings", c.armings},
-                       {"waits_for", a.waits_for},
-                       {"largest_force_n", c.largest_force_n},
-                       {"largest_torque_nm", c.largest_torque_nm},
-                       {"safety_faults", hal::safety_fault_texts(c.safety_faults)},
-                       {"device_faults", hal::device_fault_texts(c.device_faults)}};
+  const TickCounts& c = a.loop();
+  const bool has_two = a.devices.size() > 1;
+  const DeviceAccount& first = a.devices.front();
+  ordered_json json = {{"kind", "summary"}, {"exit_code", a.exit_code}, {"why", a.why}};
+  if (!has_two) json["driver"] = first.driver;
+  json.update(ordered_json{{"scene", a.scene},
+                           {"seconds", a.seconds},
+                           {"servo_processes", a.processes},
+                           {"ticks", c.ticks},
+                           {"late", late_json(c)},
+                           {"late_by_cause", causes_json(c)}});
+  if (!has_two) json.update(device_json(first));
   json["wakeups"] = times_json(a.times.wakeups);
   json["tick"] = times_json(a.times.ticks);
-  json["report_jitter"] = times_json(a.link_times.report_jitter);
-  json["send_jitter"] = times_json(a.link_times.send_jitter);
-  json["answer"] = times_json(a.link_times.answer);
+  if (!has_two) json.update(device_link_json(first));
   if (a.page_faults) {
     json["page_faults"] = {{"minor", a.page_faults->minor}, {"major", a.page_faults->major}};
     json["heap_grown_bytes"] = a.heap_grown_bytes;
-  }
-  json["link"] = link_json(a.link);
-  json["trouble"] = a.trouble;
-  json["ending"] = {{"force_n", a.ending.force_n},
-                    {"outputs", a.ending.outputs},
-                    {"jumps", a.ending.jumps},
-                    {"last_force_n", a.ending.last_force_n},
-                    {"last_torque_nm", a.ending.last_torque_nm}};
-  if (a.peer) {
-    json["peer"] = {{"commands", a.peer->commands},
-                    {"refused", a.peer->refused},
-                    {"watchdog_cuts", a.peer->watchdog_cuts},
-                    {"released", a.peer->released}};
   }
   json["refused"] = a.refused;
   json["force_share"] = a.share;
   json["refusals"] = ordered_json::array();
   for (const Refusal& refusal : a.refusals)
     json["refusals"].push_back({{"what", refusal.what}, {"error", errno_name(refusal.error)}});
-  json["verdict"] = verdict_json(a.verdict, verdict_text(a));
+  if (!has_two) {
+    json["verdict"] = verdict_json(first.verdict, verdict_text(a));
+    return json;
+  }
+  json["devices"] = ordered_json::array();
+  for (const DeviceAccount& d : a.devices) {
+    ordered_json& device = json["devices"].emplace_back(ordered_json{{"driver", d.driver}});
+    device.update(device_json(d));
+    device.update(device_link_json(d));
+    device["verdict"] = verdict_json(d.verdict, verdict_text(d, ""));
+  }
+  json["verdict"] = {{"text", verdict_text(a)}};
   return json;
 }
 
 struct RunOptions {
-  std::string config, device;
+  std::string config, device, device2;
   RunLength length;
   double status_every_s = 1.0;
   bool json = false, allow_degraded = false, accept_unbudgeted = false, serve = false;
@@ -280,7 +341,9 @@ std::string line_of(const ordered_json& json) {
 
 /// {"kind": "event", ...}
 ordered_json event_json(const RunEvent& e) {
-  return {{"kind", "event"}, {"t_s", e.t_s}, {"event", e.event}, {"text", e.text}};
+  ordered_json json = line_json("event", e.device);
+  json.update(ordered_json{{"t_s", e.t_s}, {"event", e.event}, {"text", e.text}});
+  return json;
 }
 
 /// The first crash of a run has the name given, the next ones a number before its ending.
@@ -308,7 +371,7 @@ struct LiveView {
         setrlimit(RLIMIT_RTPRIO, &none) != 0 || setrlimit(RLIMIT_MEMLOCK, &none) != 0) {
       return kExitDeviceOrOs;
     }
-    serve_trace(door, view, config.servo, {flights.begin(), flights.end()});
+    serve_trace(door, view, config.devices[0].servo, {flights.begin(), flights.end()});
     return kExitDone;
   }
 
@@ -379,11 +442,17 @@ class RunTeller {
   void tell_crash(const RunCrash& crash) {
     const std::string head = "run_device: servo process " + std::to_string(crash.number) +
                              " (pid " + std::to_string(crash.pid) + "): " + crash.end;
-    complain(head + "; its last ticks:\n" + hal::flight_text(crash.records, kTicksShown),
-             LineLevel::kError);
-    const std::filesystem::path file = crash_path(config_.crash_file, crashes_++);
-    if (!file.empty() && teller_ != nullptr)
-      teller_->write_file(file, "# " + head + "\n" + hal::flight_csv(crash.records));
+    const unsigned number = crashes_++;
+    for (std::size_t k = 0; k < config_.devices.size(); ++k) {
+      const std::string device = device_words(config_, k);
+      complain(head + "; " + device + "its last ticks:\n" +
+                   hal::flight_text(crash.records[k], kTicksShown),
+               LineLevel::kError);
+      const std::filesystem::path file =
+          crash_path(crash_file_of(config_.crash_file, k), number);
+      if (!file.empty() && teller_ != nullptr)
+        teller_->write_file(file, "# " + head + "\n" + hal::flight_csv(crash.records[k]));
+    }
   }
 
   const RunOptions& options_;
@@ -407,9 +476,13 @@ void bound_thread_stacks() noexcept {
 
 int run(const RunOptions& o) {
   bound_thread_stacks();
-  DeviceConfig config = read_device_config(o.config, o.device);
+  DeviceConfig config = read_device_config(o.config, o.device, o.device2);
   if (o.allow_degraded) config.loop.strict = false;
   config.accept_unbudgeted = o.accept_unbudgeted;
+  if (o.serve && config.has_two())
+    throw UsageError(
+        "--serve: shows one device, and this run has two; leave it out, or 'host_sim run --serve' "
+        "shows two hands");
   const SceneBytes scene = read_usable_scene(config);
   std::unique_ptr<LiveView> view;
   if (o.serve) view = std::make_unique<LiveView>(o.live, scene);
@@ -430,7 +503,7 @@ Command add_run_command(CLI::App& program) {
       "run",
       "Runs the servo loop on a device until a signal such as SIGINT or SIGTERM, which ramps the "
       "force down and closes it.");
-  app->add_option("config", o->config, "TOML: scene, device, loop, workspace, limits")->required();
+  app->add_option("config", o->config, "TOML: scene, device or two, loop, workspace, limits")->required();
   app->add_option("--seconds", o->length.seconds, "end after this long; default: never")
       ->check(CLI::Range(0.01, 1.0e9));
   app->add_option("--ticks", o->length.ticks,
@@ -440,6 +513,10 @@ Command add_run_command(CLI::App& program) {
   app->add_option("--device", o->device,
                   "instead of the file's driver. sim: a handle in this process with a scripted "
                   "hand, for trying out the loop; not a model of any device")
+      ->check(CLI::Validator(check_driver, "DRIVER"));
+  app->add_option("--device2", o->device2,
+                  "the same of the second device, of a scene with two hands; the file need not "
+                  "have [device2] then")
       ->check(CLI::Validator(check_driver, "DRIVER"));
   app->add_option("--status-every", o->status_every_s,
                   "seconds between two status lines, on a terminal or with --json; default 1")

@@ -30,7 +30,8 @@ std::string faults_text(std::uint32_t safety, std::uint32_t device) {
 
 void RunEvents::tell(double t_s, const std::string& event, const std::string& text,
                      LineLevel level) const {
-  if (told_) told_({t_s, event, text, level});
+  const std::string of = device_ > 0 ? "device " + std::to_string(device_) + ": " : "";
+  if (told_) told_({device_, t_s, event, of + text, level});
 }
 
 void RunEvents::look(const RunStatus& s) {
@@ -48,9 +49,10 @@ void RunEvents::look(const RunStatus& s) {
   trouble_ = s.trouble;
   if (s.is_silent() != silent_) {
     silent_ = s.is_silent();
-    if (silent_) {
-      tell(s.t_s, "silent", "the servo process does not answer; the force ramps to zero",
-           LineLevel::kError);
+    // One process renders for both devices.
+    if (silent_ && device_ <= 1 && told_) {
+      told_({0, s.t_s, "silent", "the servo process does not answer; the force ramps to zero",
+             LineLevel::kError});
     }
   }
   const std::uint32_t safety = s.servo.safety_faults & ~safety_faults_;
@@ -75,7 +77,11 @@ void RunEvents::look_at_arming(const RunStatus& s) {
   const ArmingNews& news = s.servo.arming_news;
   if (link_ == LinkState::kReady && news.begins != begins_) {
     begins_ = news.begins;
-    if (news.finds_place != 0) {
+    if (device_ > 0) {
+      // The parts of two hands go on from where they are.
+      if (begins_ == 1)
+        tell(s.t_s, "begun", "the part begins where the scene has it start", LineLevel::kNotice);
+    } else if (news.finds_place != 0) {
       tell(s.t_s, "begun",
            "the part begins where the scene has it start; to have it there again: " +
                place_keys(news),

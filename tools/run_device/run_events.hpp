@@ -16,7 +16,8 @@ namespace haptic::tools {
 struct RunStatus;
 
 struct RunEvent {
-  double t_s = 0;  ///< since the device is held
+  unsigned device = 0;  ///< 1 and 2 of two; 0: of the run, or of the only one
+  double t_s = 0;       ///< since the devices are held
   /// "connected", "disconnected", "armed", "arming", "disarming", "disarmed", "faulted", "fault",
   /// "trouble", "silent", "servo ended", "spare begins", "keeper ended", "stopping", "crash file",
   /// "begun" (where the part begins), "waiting" (why nothing arms).
@@ -33,7 +34,9 @@ struct RunEvent {
 /// Owner: the thread that watches the run.
 class RunEvents {
  public:
-  explicit RunEvents(std::function<void(const RunEvent&)> told) : told_(std::move(told)) {}
+  /// `device`: as in RunEvent.
+  RunEvents(std::function<void(const RunEvent&)> told, unsigned device)
+      : told_(std::move(told)), device_(device) {}
 
   /// Reports the changes since the last look.
   void look(const RunStatus& status);
@@ -45,6 +48,7 @@ class RunEvents {
   void look_at_arming(const RunStatus& status);
 
   std::function<void(const RunEvent&)> told_;
+  unsigned device_;
   LinkState link_ = LinkState::kAbsent;
   ArmingState arming_ = ArmingState::kDisarmed;
   std::uint32_t safety_faults_ = 0, device_faults_ = 0;

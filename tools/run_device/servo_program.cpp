@@ -11,7 +11,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <new>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "hal/clock/servo_clock.hpp"
 #include "hal/realtime/process_hardening.hpp"
@@ -23,6 +26,7 @@
 #include "tools/common/simplified_bodies.hpp"
 #include "tools/graph_compiler/coupling/served_size.hpp"
 #include "tools/graph_compiler/coupling/simulated_gains.hpp"
+#include "tools/graph_compiler/graph/part_tables.hpp"
 #include "tools/run_device/core_in_memory.hpp"
 #include "tools/run_device/simulated_peer.hpp"
 
@@ -41,19 +45,23 @@ bool may_allocate_locked() noexcept {
   return true;
 }
 
-/// On the servo thread, after each tick.
+/// On the servo thread, after each tick: what it was for one device. That of the first device goes
+/// first, and counts what is of the loop.
 class TickWatcher {
  public:
   TickWatcher(const hal::ServoLoop& loop, ServoBoard& board, std::uint64_t wanted,
-              const DeviceConfig& config, const ServoParameters& parameters, const SceneView& scene)
+              const DeviceConfig& config, std::size_t device, const ServoParameters& parameters,
+              const SceneView& scene)
       : loop_(loop),
         board_(board),
-        said_(board.status),
+        device_(device),
+        devices_(config.devices.size()),
+        said_(board.status[device]),
         wanted_(wanted),
         quarter_ns_(config.loop.period_ns / 4),
-        lost_periods_(config.servo.limits.lost_periods),
+        lost_periods_(parameters.limits.lost_periods),
         late_judge_(config.loop.period_ns, config.loop.report_clocked),
-        arming_(parameters),
+        arming_(parameters, devices_ > 1 ? static_cast<std::uint32_t>(device) + 1 : 0),
         judge_(scene),
         law_(scene.parameters().law) {}
 
@@ -73,7 +81,7 @@ class TickWatcher {
     const std::int64_t tick_ns = loop_.counters().last_tick_ns;
     const hal::LateCause cause = late_judge_.end(tick_ns);
     if (!counted_) return;
-    board_.times.ticks.add(tick_ns);
+    if (device_ == 0) board_.times.ticks.add(tick_ns);
     status_.counts.causes[static_cast<std::size_t>(cause)] += 1;
     counted_ = false;
   }
@@ -84,17 +92,26 @@ class TickWatcher {
     return late_ns < quarter_ns_ ? LateDegree::kInTime : LateDegree::kWithinPeriod;
   }
 
-  void open_or_shut(bool armed) noexcept {
+  [[nodiscard]] bool any_armed() const noexcept {
+    for (std::size_t k = 0; k < devices_; ++k)
+      if (loop_.result(k).arming == ArmingState::kArmed) return true;
+    return false;
+  }
+
+  void open_or_shut() noexcept {
     CountWindow window = board_.window.load(std::memory_order_relaxed);
-    if (window == CountWindow::kNotYet && (armed || wanted_ == 0)) window = CountWindow::kOpen;
-    if (wanted_ != 0 && status_.counts.ticks == wanted_) window = CountWindow::kOver;
+    if (device_ == 0) {
+      if (window == CountWindow::kNotYet && (wanted_ == 0 || any_armed()))
+        window = CountWindow::kOpen;
+      if (wanted_ != 0 && status_.counts.ticks == wanted_) window = CountWindow::kOver;
+      board_.window.store(window, std::memory_order_release);
+    }
     counted_ = window == CountWindow::kOpen;
-    board_.window.store(window, std::memory_order_release);
   }
 
   void count(const ServoInput& input, const ServoResult& result, bool armed) noexcept {
     const std::int64_t late_ns = loop_.counters().last_lateness_ns;
-    board_.times.wakeups.add(late_ns);
+    if (device_ == 0) board_.times.wakeups.add(late_ns);
     TickCounts& c = status_.counts;
     c.ticks += 1;
     c.armed_ticks += armed ? 1u : 0u;
@@ -109,7 +126,7 @@ class TickWatcher {
   void take(const ServoInput& input, const ServoResult& result) noexcept {
     const bool armed = result.arming == ArmingState::kArmed;
     close();  // the tick before
-    open_or_shut(armed);
+    open_or_shut();
     status_.counts.armings = result.command.arming;
     status_.force_n = static_cast<double>(vec3_of(result.command.wrench_d.force_n).norm());
     status_.torque_nm = static_cast<double>(vec3_of(result.command.wrench_d.torque_nm).norm());
@@ -131,6 +148,7 @@ class TickWatcher {
 
   const hal::ServoLoop& loop_;
   ServoBoard& board_;
+  std::size_t device_, devices_;
   NewestWriter<ServoStatus> said_;
   std::uint64_t wanted_;
   std::int64_t quarter_ns_;
@@ -151,15 +169,71 @@ hal::ServoLoopSettings loop_settings(const LoopConfig& loop) {
   return settings;
 }
 
-/// Says which part the hand holds, where it may hold several.
+/// The tick of one device or of two, and the loop over it.
+class ServoOfHands {
+ public:
+  ServoOfHands(const DeviceConfig& config, CoreInMemory& own, const hal::ServoSeat& seat) {
+    for (std::size_t k = 0; k < config.devices.size(); ++k) {
+      parameters_[k] = with_scene(config.devices[k].servo, own.view_of(k));
+      recorders_[k].emplace(seat.flights[k]);
+    }
+    const hal::ServoLoopSettings settings = loop_settings(config.loop);
+    if (own.parts == nullptr) {
+      one_.emplace(*own.core, parameters_[0], own.view.header().capacity, &*recorders_[0]);
+      loop_.emplace(*one_, seat.mailboxes[0], settings);
+    } else {
+      two_.emplace(own.parts->hands, parameters_,
+                   std::array<FlightRecorder*, kMostHands>{&*recorders_[0], &*recorders_[1]});
+      loop_.emplace(*two_, std::array{&seat.mailboxes[0], &seat.mailboxes[1]}, settings);
+    }
+  }
+  ServoOfHands(const ServoOfHands&) = delete;
+  ServoOfHands& operator=(const ServoOfHands&) = delete;
+
+  [[nodiscard]] hal::ServoLoop& loop() { return *loop_; }
+  [[nodiscard]] const ServoParameters& parameters(std::size_t device) const {
+    return parameters_[device];
+  }
+
+ private:
+  std::array<ServoParameters, kMostHands> parameters_;
+  std::array<std::optional<FlightRecorder>, kMostHands> recorders_;
+  std::optional<ServoTick> one_;
+  std::optional<TwoHandTick> two_;  ///< one of the two
+  std::optional<hal::ServoLoop> loop_;
+};
+
+/// @throws InputError where the scene has another number of hands than there are devices.
+void check_hands(const DeviceConfig& config, std::size_t hands) {
+  if (hands == config.devices.size()) return;
+  const std::string scene = config.scene.string();
+  throw InputError(
+      config.file.string() + ": " +
+      (hands > 1
+           ? scene + " has two hands, and there is one device; add the table [device2] with "
+                     "driver, or give --device2 sim; for a second part that stands give it role = "
+                     "\"fixed\" in the scene and compile that again"
+           : "[device2] is of a second hand, and " + scene +
+                 " has one; remove it, or give a part role = \"hand2\" in the scene and compile "
+                 "that again"));
+}
+
+/// Says which part a hand holds, where it may hold several.
 void tell_parts(const DeviceConfig& config, const SceneView& view) {
   PartScenes parts;
   if (PartScenes::open(view, parts) != RtStatus::kOk || parts.count() == 0) return;
   const std::string held(parts.name(0));
+  if (parts.hands() > 1) {
+    std::fprintf(stderr, "run_device: %s: device 1 holds '%s' and device 2 '%s'%s\n",
+                 config.scene.c_str(), held.c_str(), std::string(parts.name(1)).c_str(),
+                 parts.driven().empty() ? ""
+                                        : "; driven parts stand where they start; to drive parts "
+                                          "take host_sim run, C or Python");
+    return;
+  }
   const char* const others =
-      parts.holds_throughout() ? "the other parts stand where they start; for two hands and loose "
-                                 "parts take host_sim run, "
-                                 "the page, C or Python"
+      parts.holds_throughout() ? "the other parts stand where they start; for loose parts take "
+                                 "host_sim run, the page, C or Python"
       : parts.driven().empty()
           ? "the other parts stand; to hold one after another take host_sim run, the page, C or "
             "Python"
@@ -169,24 +243,37 @@ void tell_parts(const DeviceConfig& config, const SceneView& view) {
                config.scene.c_str(), held.c_str(), others);
 }
 
-/// With gains that the simulated handle and the hand on it hold.
-SceneBytes held_scene(const DeviceConfig& config, const SceneView& view, SceneBytes bytes) {
+/// With gains that a simulated handle and the hand on it hold.
+SceneBytes held_scene(const DeviceConfig& config, const CoreInMemory& tried, std::size_t device) {
   const double period_s = 1e-9 * static_cast<double>(config.loop.period_ns);
-  const auto scale = static_cast<double>(config.servo.map.scale);
-  SimulatedLoop loop{held_peer((config.loop.report_clocked ? 1 : kPeerLatePeriods) * period_s),
+  const auto scale = static_cast<double>(config.devices[device].servo.map.scale);
+  SimulatedLoop loop{held_peer((clocks_loop(config, device) ? 1 : kPeerLatePeriods) * period_s),
                      1 / period_s, false};
   loop.device.mass_kg /= scale * scale;  // x_w = s x_d, F_w = F_d / s
   loop.device.damping_ns_per_m /= scale * scale;
-  const auto gains = simulated_gains(view.parameters(), served_size(view).radius_m, loop);
-  if (!gains) return bytes;
-  std::fprintf(stderr, "run_device: %s\n", gains->text.c_str());
-  return changed_scene(view, [&](SceneParameters& changed) { gains->put(changed); });
+  std::string lowered;
+  const auto held = [&](const SceneView& of) {
+    const auto gains = simulated_gains(of.parameters(), served_size(of).radius_m, loop);
+    if (!gains) return SceneBytes(of.blob());
+    if (lowered.empty()) lowered = gains->text;
+    return changed_scene(of, [&](SceneParameters& changed) { gains->put(changed); });
+  };
+  SceneBytes bytes =
+      tried.parts != nullptr ? with_changed(tried.view, held) : held(tried.view);
+  if (!lowered.empty())
+    std::fprintf(stderr, "run_device: %s%s\n", device_words(config, device).c_str(),
+                 lowered.c_str());
+  return bytes;
 }
 
 }  // namespace
 
-ServoStatus status_of(const ServoBoard& board) noexcept {
-  return NewestReader<ServoStatus>(board.status).newest();
+ServoStatus status_of(const ServoBoard& board, std::size_t device) noexcept {
+  return NewestReader<ServoStatus>(board.status[device]).newest();
+}
+
+bool clocks_loop(const DeviceConfig& config, std::size_t device) {
+  return config.loop.report_clocked && device == 0;
 }
 
 std::array<hal::StepGrant, 3> start_process(hal::RealtimeProcess& process,
@@ -206,12 +293,15 @@ std::size_t flight_records(const DeviceConfig& config) {
   return static_cast<std::size_t>(std::ceil(config.flight_seconds * rate_hz));
 }
 
-FitQuestion fit_question(const DeviceConfig& config, const SceneBytes& scene) {
-  SceneView view;
+FitQuestion fit_question(const DeviceConfig& config, const SceneBytes& scene,
+                         std::size_t device) {
+  CoreInMemory own;
   // It was opened before: read_usable_scene.
-  if (SceneView::open(scene.span(), view) != RtStatus::kOk) return {};
-  return fit_question(view, static_cast<double>(config.servo.map.scale), config.loop.period_ns,
-                      config.loop.report_clocked, config.accept_unbudgeted);
+  if (own.open(scene.span()) != RtStatus::kOk) return {};
+  return fit_question(own.view_of(device),
+                      static_cast<double>(config.devices[device].servo.map.scale),
+                      config.loop.period_ns, clocks_loop(config, device),
+                      config.accept_unbudgeted);
 }
 
 SceneBytes read_usable_scene(const DeviceConfig& config) {
@@ -221,9 +311,18 @@ SceneBytes read_usable_scene(const DeviceConfig& config) {
   if (status != RtStatus::kOk)
     throw InputError(config.scene.string() + ": not a usable scene: " + to_text(status) +
                      "; compile it again");
+  check_hands(config, tried.parts != nullptr ? tried.parts->hands.count() : 1);
   tell_simplification("run_device", config.scene.string(), tried.view);
   tell_parts(config, tried.view);
-  return config.simulated ? held_scene(config, tried.view, std::move(bytes)) : std::move(bytes);
+  for (std::size_t k = 0; k < config.devices.size(); ++k) {
+    if (!config.devices[k].simulated) continue;
+    bytes = held_scene(config, tried, k);
+    // The second one may hold less than the first.
+    if (tried.open(bytes.span()) != RtStatus::kOk)
+      throw InputError(config.scene.string() + ": is refused with the gains that '" +
+                       config.devices[k].driver_name + "' holds; report it");
+  }
+  return bytes;
 }
 
 int serve(const DeviceConfig& config, const SceneBytes& scene, const hal::ServoSeat& seat) {
@@ -232,13 +331,15 @@ int serve(const DeviceConfig& config, const SceneBytes& scene, const hal::ServoS
   ServoBoard& board = *new (seat.report.data()) ServoBoard;  // placement, no heap
   CoreInMemory own;
   if (own.open(scene.span()) != RtStatus::kOk) return kExitBadInput;
-  FlightRecorder recorder(seat.flight);
-  const ServoParameters parameters = with_scene(config.servo, own.view);
-  ServoTick tick(*own.core, parameters, own.view.header().capacity, &recorder);
-  hal::ServoLoop loop(tick, seat.mailbox, loop_settings(config.loop));
-  TickWatcher watcher(loop, board, seat.order.load(std::memory_order_acquire), config, parameters,
-                      own.view);
-  loop.watch(&TickWatcher::watch, &watcher);
+  ServoOfHands servo(config, own, seat);
+  hal::ServoLoop& loop = servo.loop();
+  std::vector<TickWatcher> watchers;
+  watchers.reserve(config.devices.size());  // the loop is given their addresses
+  for (std::size_t k = 0; k < config.devices.size(); ++k) {
+    watchers.emplace_back(loop, board, seat.order.load(std::memory_order_acquire), config, k,
+                          servo.parameters(k), own.view_of(k));
+    loop.watch(&TickWatcher::watch, &watchers[k], k);
+  }
 
   hal::RealtimeProcess process;
   board.grants.process =
@@ -251,7 +352,7 @@ int serve(const DeviceConfig& config, const SceneBytes& scene, const hal::ServoS
   board.grants.thread = hal::start_realtime_thread(thread);
   (void)hal::monotonic_ns();  // the first look at the clock maps its page
   // The first process speaks for its spare, whose loop is the same on the same core.
-  if (config.has_motors && seat.number == 0) {
+  if (config.has_motors() && seat.number == 0) {
     hal::WakeupQuestion question;
     question.period_ns = config.loop.period_ns;
     hal::count_wakeups(question, seat.stop, board.wakeups);
@@ -262,7 +363,7 @@ int serve(const DeviceConfig& config, const SceneBytes& scene, const hal::ServoS
 
   const int error = loop.run(seat.stop);
 
-  watcher.finish();
+  for (TickWatcher& watcher : watchers) watcher.finish();
   const hal::PageFaults after = hal::page_faults_of_thread();
   ServoClose& close = board.close;
   close.faults = {after.minor - before.minor, after.major - before.major};

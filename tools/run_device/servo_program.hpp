@@ -5,6 +5,7 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 
 #include "hal/clock/linux_process.hpp"
@@ -43,7 +44,8 @@ struct ServoTimes {
   hal::IntervalHistogram ticks;    ///< from the look at the clock to the command published
 };
 
-/// Which ticks are counted: all, or as many as asked for from the first armed one on.
+/// Which ticks are counted: all, or as many as asked for from the first on in which a device is
+/// armed.
 enum class CountWindow : std::uint8_t { kNotYet = 0, kOpen, kOver };
 
 /// After a tick, for people who watch.
@@ -73,9 +75,9 @@ struct ServoClose {
 };
 
 /// ServoSeat::report of each servo process. The reader takes no harm from what a process that has
-/// gone wild leaves there.
+/// gone wild leaves there. Counts of ticks are those of the process, the same for each device.
 struct ServoBoard {
-  NewestRecord<ServoStatus> status;
+  std::array<NewestRecord<ServoStatus>, kMostHands> status;  ///< by device
   std::atomic<bool> ready{false};  ///< grants are reported, the loop begins
   ServoGrants grants;
   hal::WakeupMeasurement wakeups;  ///< of its thread before the loop, where they are asked for
@@ -85,7 +87,7 @@ struct ServoBoard {
 };
 
 /// The newest status; what a servo process that went wild has written there is some status too.
-[[nodiscard]] ServoStatus status_of(const ServoBoard& board) noexcept;
+[[nodiscard]] ServoStatus status_of(const ServoBoard& board, std::size_t device) noexcept;
 
 /// Body of a servo process, whose order is the number of ticks wanted (0: all); @return its exit
 /// code. Everything that it works with is its own: the scene is copied, so that no page of it is
@@ -98,14 +100,18 @@ struct ServoBoard {
 [[nodiscard]] std::array<hal::StepGrant, 3> start_process(hal::RealtimeProcess& process,
                                                           const hal::ProcessSettings& settings);
 
-/// Demands of scene, map and loop on the device.
-[[nodiscard]] FitQuestion fit_question(const DeviceConfig& config, const SceneBytes& scene);
+/// Demands of scene, map and loop on a device.
+[[nodiscard]] FitQuestion fit_question(const DeviceConfig& config, const SceneBytes& scene,
+                                       std::size_t device);
+
+/// The loop ticks at each report of this device.
+[[nodiscard]] bool clocks_loop(const DeviceConfig& config, std::size_t device);
 
 /// Records of the flight recorder for the configured time.
 [[nodiscard]] std::size_t flight_records(const DeviceConfig& config);
 
-/// The scene read and tried: a core can be built over it; a scene without a [device] with what the
-/// simulated handle holds, where that is the device. Which bodies were simplified, and which gains
+/// The scene read and tried: a core can be built over it, and it has a hand for each device; a
+/// scene without a [device] with what the simulated handle holds, where that is a device. Which bodies were simplified, and which gains
 /// are lower than the scene's, is said on standard error. @throws InputError
 [[nodiscard]] SceneBytes read_usable_scene(const DeviceConfig& config);
 

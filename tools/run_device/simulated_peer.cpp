@@ -14,7 +14,7 @@ constexpr double kMass_kg = 0.2, kDamping_ns_per_m = 2.0;
 constexpr double kHandSpring_n_per_m = 300.0, kHandDamping_ns_per_m = 10.0;
 
 // The hand's cycle [s]: it rests with the deadman switch released, goes down with it held, presses,
-// comes up, releases it.
+// comes up, releases it. Where there are two they do so together.
 constexpr double kRest_s = 0.5, kDown_s = 1.0, kPress_s = 2.0, kUp_s = 1.0;
 constexpr double kCycle_s = kRest_s + kDown_s + kPress_s + kUp_s;
 
@@ -29,7 +29,7 @@ std::uint16_t watchdog_ms(std::int64_t period_ns) noexcept {
   return static_cast<std::uint16_t>(std::max<std::int64_t>(20, two_periods_ms));
 }
 
-/// The share of its stroke by which the hand wants the handle to be below the origin of D.
+/// The share of its stroke by which the hand wants the handle to be away from the origin of D.
 double share_of_stroke(double t_s) noexcept {
   const double phase_s = std::fmod(t_s, kCycle_s);
   const double down = (phase_s - kRest_s) / kDown_s;
@@ -62,7 +62,8 @@ DeviceParameters held_peer(double late_s) noexcept {
 
 HandWish PressingHand::wish(double t_s) noexcept {
   HandWish wish;
-  wish.position_m[2] = -stroke_m_ * share_of_stroke(t_s);
+  const double share = share_of_stroke(t_s);
+  for (std::size_t k = 0; k < 3; ++k) wish.position_m[k] = share * stroke_m_[k];
   wish.deadman = std::fmod(t_s, kCycle_s) >= 0.5 * kRest_s;
   return wish;
 }

@@ -35,15 +35,16 @@ class SimulatedHand {
   virtual HandWish wish(double t_s) noexcept = 0;
 };
 
-/// Rests with the deadman switch released, goes down with it held, presses, comes up, and so on.
+/// Rests with the deadman switch released, goes to where it presses with it held, presses, comes
+/// back, and so on.
 class PressingHand final : public SimulatedHand {
  public:
-  /// @param stroke_m  how far down
-  explicit PressingHand(double stroke_m) noexcept : stroke_m_(stroke_m) {}
+  /// @param stroke_m  to where, from the origin of D
+  explicit PressingHand(const std::array<double, 3>& stroke_m) noexcept : stroke_m_(stroke_m) {}
   HandWish wish(double t_s) noexcept override;
 
  private:
-  double stroke_m_;
+  std::array<double, 3> stroke_m_;
 };
 
 struct SimulatedPeerSettings {
