@@ -462,7 +462,8 @@ typedef struct haptic_session_options {
   double rate_hz;      ///< of the loop, 50 to 10 000; 0: the scene's
   double history_s;    ///< of haptic_session_history; 0 to 3600
   int32_t priority;    ///< SCHED_FIFO of the servo thread, 1 to 99; 0: ordinary
-  int32_t reserved;
+  int32_t hands;       ///< led, each on such a device of its own: 1, or 2 in a scene with two hands;
+                       ///< 0: 1, and a second one holds its part still
 } haptic_session_options;
 #define HAPTIC_SESSION_OPTIONS_INIT \
   { sizeof(haptic_session_options), HAPTIC_HOLD_AGAIN, "sim", 0.0, 10.0, 0, 0 }
@@ -470,7 +471,12 @@ typedef struct haptic_session_options {
 /// Opens the device and begins the loop: driver, link, output guard, safety and tick are those of
 /// `run_device`, in two threads of this process instead of processes of their own. The handle
 /// stands where the scene's start pose is. The scene is copied. HAPTIC_ERROR_SYSTEM: no thread, or
-/// `priority` was not granted. Any thread. Cost: milliseconds; allocates.
+/// `priority` was not granted. HAPTIC_ERROR_PART: options.hands is 2, and the scene has one; give a
+/// part role = "hand2" and compile it again. Any thread. Cost: milliseconds; allocates.
+///
+/// Two hands are moved in one tick, so that one feels of the other what that feels of it. Each has
+/// its device, thread, arming, limits and ramps: where one is released its part is held still. After
+/// a fault a part is led on from where it is. haptic_session_stop is of both.
 HAPTIC_API int haptic_session_open(const void* scene, size_t scene_bytes,
                                    const haptic_session_options* options, haptic_session** session);
 
@@ -505,6 +511,11 @@ typedef struct haptic_state {
 /// one copy.
 HAPTIC_API int haptic_session_state(const haptic_session* session, haptic_state* state);
 
+/// The same of `hand`, from 0 on; HAPTIC_ERROR_PART: it is not led (options.hands). What is of the
+/// loop is the same for both.
+HAPTIC_API int haptic_session_state_of(const haptic_session* session, uint32_t hand,
+                                       haptic_state* state);
+
 /// The stiffness that a session renders. A scene without a [device] is rendered with what the
 /// simulated handle, the hand on it and the delay of the loop hold.
 typedef struct haptic_gains {
@@ -529,6 +540,10 @@ HAPTIC_API int haptic_session_gains(const haptic_session* session, haptic_gains*
 /// Never waits. Any thread. Cost: one copy and a line of text.
 HAPTIC_API int haptic_session_verdict(const haptic_session* session, haptic_verdict* verdict);
 
+/// The same of `hand`, as haptic_session_state_of.
+HAPTIC_API int haptic_session_verdict_of(const haptic_session* session, uint32_t hand,
+                                         haptic_verdict* verdict);
+
 /// One tick of the past.
 typedef struct haptic_tick {
   uint64_t tick;
@@ -545,10 +560,15 @@ typedef struct haptic_tick {
 HAPTIC_API int haptic_session_history(const haptic_session* session, haptic_tick* ticks,
                                       size_t capacity, size_t tick_bytes, size_t* count);
 
-/// Where the simulated hand goes.
+/// The same of `hand`, as haptic_session_state_of.
+HAPTIC_API int haptic_session_history_of(const haptic_session* session, uint32_t hand,
+                                         haptic_tick* ticks, size_t capacity, size_t tick_bytes,
+                                         size_t* count);
+
+/// Where a simulated hand goes.
 typedef struct haptic_hand_goal {
   uint32_t struct_size;
-  uint32_t reserved;
+  uint32_t hand;   ///< which, from 0 on
   double pose[7];  ///< of A in W
   double seconds;  ///< that it takes, from where the last goal has led it; 0.001 to 3600
 } haptic_hand_goal;
@@ -557,14 +577,17 @@ typedef struct haptic_hand_goal {
 
 /// The hand sets out at once, without a jerk, also from the middle of another way; it presses where
 /// it is kept from going. `*number` becomes the number of the goal, from 1 on
-/// (haptic_state.goals_reached); it may be null. Any thread; a second one waits, the servo thread
-/// never does. Constant cost.
+/// (haptic_state.goals_reached); it may be null. HAPTIC_ERROR_PART: goal.hand is not led. Any
+/// thread; a second one waits, the servo thread never does. Constant cost.
 HAPTIC_API int haptic_session_move_hand(haptic_session* session, const haptic_hand_goal* goal,
                                         uint64_t* number);
 
-/// The hand holds or releases the deadman switch: `hold` is of haptic_hold. After a fault: release,
+/// Each hand holds or releases its deadman switch: `hold` is of haptic_hold. After a fault: release,
 /// then hold again. Threads and cost as haptic_session_move_hand.
 HAPTIC_API int haptic_session_hold(haptic_session* session, int hold);
+
+/// The same of `hand` alone, as haptic_session_state_of.
+HAPTIC_API int haptic_session_hold_of(haptic_session* session, uint32_t hand, int hold);
 
 /// Hand 0 holds `part`: it lets go of what it holds, and takes the part where it is, with no force.
 /// Back when the hand is empty, the next tick takes the part. HAPTIC_ERROR_BUSY: it has not let go

@@ -27,6 +27,11 @@ int check_handle(const haptic_session* session) noexcept {
   return session->magic == haptic_session::kSessionMagic ? HAPTIC_OK : HAPTIC_ERROR_HANDLE;
 }
 
+/// HAPTIC_ERROR_PART: `hand` is not led.
+int check_hand(const haptic_session* session, std::uint32_t hand) noexcept {
+  return hand < session->loop.count() ? HAPTIC_OK : HAPTIC_ERROR_PART;
+}
+
 /// For a function that changes something.
 int check_open(const haptic_session* session) noexcept {
   if (const int error = check_handle(session); error != HAPTIC_OK) return error;
@@ -39,7 +44,8 @@ int check_options(const haptic_session_options* options) noexcept {
   if (std::strcmp(options->device, "sim") != 0) return HAPTIC_ERROR_DEVICE;
   const bool rate = options->rate_hz == 0 || is_within(options->rate_hz, 50, 10'000);
   const bool numbers = rate && is_within(options->history_s, 0, 3600) && options->priority >= 0 &&
-                       options->priority <= 99 && options->hold <= HAPTIC_HOLD_AGAIN;
+                       options->priority <= 99 && options->hold <= HAPTIC_HOLD_AGAIN &&
+                       options->hands >= 0 && options->hands <= static_cast<int>(kMostHands);
   return numbers ? HAPTIC_OK : HAPTIC_ERROR_NUMBER;
 }
 
@@ -57,6 +63,11 @@ int haptic_session_open(const void* scene, size_t scene_bytes,
     SceneView view;
     if (SceneView::open(aligned.span(), view) != RtStatus::kOk) return HAPTIC_ERROR_SCENE;
     SessionSettings settings;
+    settings.devices = options->hands == 2 ? 2 : 1;
+    PartScenes parts;
+    if (settings.devices > 1 &&
+        (PartScenes::open(view, parts) != RtStatus::kOk || parts.hands() < settings.devices))
+      return HAPTIC_ERROR_PART;
     const double rate_hz = options->rate_hz > 0 ? options->rate_hz : view.parameters().rate_hz;
     if (!is_within(rate_hz, 50, 10'000)) return HAPTIC_ERROR_NUMBER;
     settings.period_ns = std::llround(1e9 / rate_hz);
@@ -71,9 +82,14 @@ int haptic_session_open(const void* scene, size_t scene_bytes,
 }
 
 int haptic_session_state(const haptic_session* session, haptic_state* state) {
+  return haptic_session_state_of(session, 0, state);
+}
+
+int haptic_session_state_of(const haptic_session* session, uint32_t hand, haptic_state* state) {
   if (const int error = check_structure(state); error != HAPTIC_OK) return error;
   if (const int error = check_handle(session); error != HAPTIC_OK) return error;
-  session->loop.state(*state);
+  if (const int error = check_hand(session, hand); error != HAPTIC_OK) return error;
+  session->loop.line(hand).state(*state);
   return HAPTIC_OK;
 }
 
@@ -85,23 +101,35 @@ int haptic_session_gains(const haptic_session* session, haptic_gains* gains) {
 }
 
 int haptic_session_verdict(const haptic_session* session, haptic_verdict* verdict) {
+  return haptic_session_verdict_of(session, 0, verdict);
+}
+
+int haptic_session_verdict_of(const haptic_session* session, uint32_t hand,
+                              haptic_verdict* verdict) {
   if (const int error = check_structure(verdict); error != HAPTIC_OK) return error;
   if (const int error = check_handle(session); error != HAPTIC_OK) return error;
-  write_verdict(session->loop.verdict(), *verdict);
+  if (const int error = check_hand(session, hand); error != HAPTIC_OK) return error;
+  write_verdict(session->loop.line(hand).verdict(), *verdict);
   return HAPTIC_OK;
 }
 
 int haptic_session_history(const haptic_session* session, haptic_tick* ticks, size_t capacity,
                            size_t tick_bytes, size_t* count) {
+  return haptic_session_history_of(session, 0, ticks, capacity, tick_bytes, count);
+}
+
+int haptic_session_history_of(const haptic_session* session, uint32_t hand, haptic_tick* ticks,
+                              size_t capacity, size_t tick_bytes, size_t* count) {
   if (count == nullptr) return HAPTIC_ERROR_NULL;
   *count = 0;
   if (ticks == nullptr) return HAPTIC_ERROR_NULL;
   if (capacity == 0) return HAPTIC_ERROR_SIZE;
   if (tick_bytes != sizeof(haptic_tick)) return HAPTIC_ERROR_VERSION;
   if (const int error = check_handle(session); error != HAPTIC_OK) return error;
+  if (const int error = check_hand(session, hand); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
     const std::lock_guard lock(session->loop.mutex);
-    *count = session->loop.history({ticks, capacity});
+    *count = session->loop.history(hand, {ticks, capacity});
     return HAPTIC_OK;
   });
 }
@@ -113,9 +141,10 @@ int haptic_session_move_hand(haptic_session* session, const haptic_hand_goal* go
   if (!is_pose(goal->pose)) return HAPTIC_ERROR_POSE;
   if (!is_within(goal->seconds, 0.001, 3600)) return HAPTIC_ERROR_NUMBER;
   if (const int error = check_open(session); error != HAPTIC_OK) return error;
+  if (const int error = check_hand(session, goal->hand); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
     const std::lock_guard lock(session->loop.mutex);
-    const std::uint64_t given = session->loop.move_hand(goal->pose, goal->seconds);
+    const std::uint64_t given = session->loop.line(goal->hand).move_hand(goal->pose, goal->seconds);
     if (number != nullptr) *number = given;
     return HAPTIC_OK;
   });
@@ -126,7 +155,19 @@ int haptic_session_hold(haptic_session* session, int hold) {
   if (const int error = check_open(session); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
     const std::lock_guard lock(session->loop.mutex);
-    session->loop.hold(static_cast<haptic_hold>(hold));
+    for (std::size_t k = 0; k < session->loop.count(); ++k)
+      session->loop.line(k).hold(static_cast<haptic_hold>(hold));
+    return HAPTIC_OK;
+  });
+}
+
+int haptic_session_hold_of(haptic_session* session, uint32_t hand, int hold) {
+  if (hold < HAPTIC_RELEASE || hold > HAPTIC_HOLD_AGAIN) return HAPTIC_ERROR_NUMBER;
+  if (const int error = check_open(session); error != HAPTIC_OK) return error;
+  if (const int error = check_hand(session, hand); error != HAPTIC_OK) return error;
+  return guarded([&]() -> int {
+    const std::lock_guard lock(session->loop.mutex);
+    session->loop.line(hand).hold(static_cast<haptic_hold>(hold));
     return HAPTIC_OK;
   });
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The servo loop in threads of this process, on a simulated handle that a simulated hand leads
-/// from goal to goal: driver, link, output guard, tick and loop are those of run_device.
+/// from goal to goal, or on two of them, one for each hand of the scene: driver, link, output
+/// guard, tick and loop are those of run_device.
 
 #include <array>
 #include <atomic>
@@ -14,70 +15,31 @@
 #include <thread>
 #include <vector>
 
-#include "hal/drivers/reference_driver.hpp"
-#include "hal/local/local_link.hpp"
 #include "hal/realtime/servo_loop.hpp"
-#include "hal/usb/usb_thread.hpp"
 #include "rt_core/exchange/newest_record.hpp"
 #include "rt_core/servo_tick.hpp"
+#include "rt_core/two_hand_tick.hpp"
 #include "tools/common/held_parts.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/library/bodies.hpp"
 #include "tools/library/haptic.h"
-#include "tools/run_device/simulated_peer.hpp"
+#include "tools/library/session_line.hpp"
 #include "tools/verdict/session_judge.hpp"
 
 namespace haptic::tools {
-
-/// Order of the owner to the hand: handle poses in D.
-struct HandOrder {
-  std::uint64_t number = 0;  ///< of the goal; 0: none yet
-  double pose_dh[7] = {0, 0, 0, 0, 0, 0, 1};
-  double seconds = 0;
-  std::uint64_t hold = HAPTIC_RELEASE;  ///< haptic_hold
-};
-
-/// Goes from where its last goal has led it to the next, without a jerk; orders and reached goals
-/// cross threads without waiting.
-class GuidedHand final : public SimulatedHand {
- public:
-  HandWish wish(double t_s) noexcept override;                             ///< link's thread
-  void order(const HandOrder& order) noexcept { writer_.publish(order); }  ///< one thread at a time
-  [[nodiscard]] std::uint64_t reached() const noexcept {                   ///< any thread
-    return reached_.load(std::memory_order_acquire);
-  }
-  /// Servo thread, after each tick.
-  void note_fault(bool faulted) noexcept { faulted_.store(faulted, std::memory_order_relaxed); }
-  /// Any thread: does not press until `allow_presses`; what is held stays held.
-  void stop_presses() noexcept { stopped_.store(true, std::memory_order_relaxed); }
-  void allow_presses() noexcept { stopped_.store(false, std::memory_order_relaxed); }
-  [[nodiscard]] bool holds() const noexcept { return holds_.load(std::memory_order_relaxed); }
-
- private:
-  [[nodiscard]] bool presses(std::uint64_t hold, double t_s) noexcept;
-
-  NewestRecord<HandOrder> orders_;
-  NewestWriter<HandOrder> writer_{orders_};
-  NewestReader<HandOrder> reader_{orders_};
-  HandWish from_, now_;
-  double from_s_ = 0;
-  std::uint64_t number_ = 0;
-  std::atomic<std::uint64_t> reached_{0};
-  double pressed_s_ = 0, released_s_ = 0;  ///< since when, as the switch is
-  std::atomic<bool> holds_{false}, faulted_{false}, stopped_{false};
-};
 
 struct SessionSettings {
   std::int64_t period_ns = 1'000'000;
   double history_s = 0;
   int priority = 0;
   haptic_hold hold = HAPTIC_RELEASE;
+  std::size_t devices = 1;  ///< as many as hands are led
 };
 
 /// Owner: any thread; `state` from any, the others from one at a time but where they say so.
 class SimulatedSession {
  public:
-  /// @param scene  opened before: it is one.
+  /// @param scene  opened before: it is one, with a hand for each device.
   SimulatedSession(std::span<const std::byte> scene, const SessionSettings& settings);
   ~SimulatedSession() { close(); }
   SimulatedSession(const SimulatedSession&) = delete;
@@ -88,14 +50,17 @@ class SimulatedSession {
   void close() noexcept;
   [[nodiscard]] bool closed() const noexcept { return closed_.load(std::memory_order_acquire); }
 
+  /// Devices, and hands that are led.
+  [[nodiscard]] std::size_t count() const noexcept { return lines_.size(); }
+  /// One of them.
+  [[nodiscard]] SessionLine& line(std::size_t hand) noexcept { return *lines_[hand]; }
+  [[nodiscard]] const SessionLine& line(std::size_t hand) const noexcept { return *lines_[hand]; }
+
+  [[nodiscard]] std::size_t history(std::size_t hand, std::span<haptic_tick> ticks) const {
+    return lines_[hand]->history(ticks, opened_ns_);
+  }
   /// Any thread, without waiting.
-  void state(haptic_state& state) const noexcept;
   void gains(haptic_gains& gains) const noexcept;
-  [[nodiscard]] SessionVerdict verdict() const noexcept;
-  [[nodiscard]] std::size_t history(std::span<haptic_tick> ticks) const;
-  /// `pose`: of A in W. @return the number of the goal.
-  std::uint64_t move_hand(const double* pose, double seconds) noexcept;
-  void hold(haptic_hold hold) noexcept;
   /// Lets go of what is held and waits until the hand is empty, 2 s at most; the next tick takes
   /// `part`. HAPTIC_OK; HAPTIC_ERROR_PART; HAPTIC_ERROR_BUSY: it has not let go. Any thread.
   [[nodiscard]] int hold_part(std::uint32_t part);
@@ -117,31 +82,20 @@ class SimulatedSession {
   std::mutex frame_mutex;    ///< of move_fixed and drive: a long history makes no pose late
 
  private:
-  /// As the servo thread leaves it after a tick.
-  struct NewestTick {
-    haptic_state state;
-    SessionVerdict verdict;
-    HeldNow held;
-  };
-  static_assert(sizeof(NewestTick) % sizeof(RecordWord) == 0);
-
   [[nodiscard]] int go_on_to(std::uint32_t part);
-  static void watch(void* self, const ServoInput& input, const ServoResult& result);
-  void note(const ServoInput& input, const ServoResult& result) noexcept;
+  static void watch_first(void* self, const ServoInput& input, const ServoResult& result);
+  static void watch_second(void* self, const ServoInput& input, const ServoResult& result);
+  void note(std::size_t hand, const ServoInput& input, const ServoResult& result) noexcept;
+  void make_loop();
 
   SessionSettings settings_;
   double asked_n_per_m_ = 0, asked_nm_per_rad_ = 0;  ///< stiffness of the scene as it was given
   std::string lowered_;  ///< why less is rendered; empty: it is rendered
-  SceneBytes scene_, core_memory_, history_memory_;
+  SceneBytes scene_, core_memory_;
   SceneView view_;
   std::unique_ptr<HeldParts> parts_;  ///< null: the scene has one moving part
   HapticCore* core_ = nullptr;        ///< null: the scene has parts
   mutable std::mutex part_mutex_;     ///< of their hand, between ticks
-  hal::ReferenceDriver driver_;
-  ServoParameters parameters_;
-  hal::MailboxMemory mailbox_;
-  GuidedHand hand_;
-  HandOrder order_;
   FrameRecord frame_;
   NewestRecord<FrameRecord> frames_;
   NewestWriter<FrameRecord> frame_writer_{frames_};
@@ -152,15 +106,10 @@ class SimulatedSession {
   };
   std::array<NewestRecord<FrameRecord>, kMostDriven> driven_;
   std::array<DrivenStream, kMostDriven> driven_streams_;
-  SimulatedPeer peer_;
-  hal::LocalLink link_;
-  hal::UsbThread link_thread_;
-  FlightRecorder recorder_;
-  ServoTick tick_;
-  hal::ServoLoop loop_;
-  SessionJudge judge_;  ///< servo thread
-  NewestRecord<NewestTick> newest_;
-  NewestWriter<NewestTick> newest_writer_{newest_};
+  std::vector<std::unique_ptr<SessionLine>> lines_;  ///< by hand
+  std::optional<ServoTick> tick_;
+  std::optional<TwoHandTick> two_tick_;  ///< one of the two
+  std::optional<hal::ServoLoop> loop_;
   std::int64_t opened_ns_ = 0;
   std::atomic<bool> stop_{false}, closed_{false};
   std::atomic<int> begun_{-1};  ///< errno of what the servo thread asked for; -1: not yet known

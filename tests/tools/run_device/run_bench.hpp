@@ -25,12 +25,13 @@ struct Bench {
   sim::test::ScratchFolder folder{"run_device_loop"};
   std::string config = folder.file("run.toml");
 
-  Bench() {
-    const std::string scene = std::string(HAPTIC_SCENES) + "/tetrahedron_on_box/scene.toml";
+  explicit Bench(const char* scene_name = "tetrahedron_on_box",
+                 const std::string& head = std::string(kHead) + kWorkspace) {
+    const std::string scene = std::string(HAPTIC_SCENES) + "/" + scene_name + "/scene.toml";
     const sim::test::ProgramResult r = sim::test::run_program(
         HAPTIC_GRAPH_COMPILER, "'" + scene + "' -o '" + folder.file("t.rtscene") + "'");
     REQUIRE(r.exit_code == 0);
-    write(config, std::string(kHead) + kWorkspace);
+    write(config, head);
   }
   void clock(const std::string& clocking) const {
     write(config, std::string(kHead) + kWorkspace + "[loop]\nrate_hz = 500\nclocking = \"" +

@@ -193,7 +193,7 @@ class SessionOptions(_Sized):
         ("rate_hz", c_double),
         ("history_s", c_double),
         ("priority", c_int32),
-        ("reserved", c_int32),
+        ("hands", c_int32),
     ]
 
 
@@ -239,7 +239,7 @@ class GainsOutput(_Sized):
 class HandGoal(_Sized):
     _fields_ = [
         ("struct_size", c_uint32),
-        ("reserved", c_uint32),
+        ("hand", c_uint32),
         ("pose", c_double * 7),
         ("seconds", c_double),
     ]
@@ -313,15 +313,15 @@ _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_planned_facts": (c_int, [_HANDLE, POINTER(PlanFacts)]),
     "haptic_planned_free": (c_int, [_OUT]),
     "haptic_session_open": (c_int, [c_void_p, c_size_t, POINTER(SessionOptions), _OUT]),
-    "haptic_session_state": (c_int, [_HANDLE, POINTER(StateOutput)]),
+    "haptic_session_state_of": (c_int, [_HANDLE, c_uint32, POINTER(StateOutput)]),
     "haptic_session_gains": (c_int, [_HANDLE, POINTER(GainsOutput)]),
-    "haptic_session_verdict": (c_int, [_HANDLE, POINTER(VerdictOutput)]),
-    "haptic_session_history": (
+    "haptic_session_verdict_of": (c_int, [_HANDLE, c_uint32, POINTER(VerdictOutput)]),
+    "haptic_session_history_of": (
         c_int,
-        [_HANDLE, c_void_p, c_size_t, c_size_t, POINTER(c_size_t)],
+        [_HANDLE, c_uint32, c_void_p, c_size_t, c_size_t, POINTER(c_size_t)],
     ),
     "haptic_session_move_hand": (c_int, [_HANDLE, POINTER(HandGoal), POINTER(c_uint64)]),
-    "haptic_session_hold": (c_int, [_HANDLE, c_int]),
+    "haptic_session_hold_of": (c_int, [_HANDLE, c_uint32, c_int]),
     "haptic_session_hold_part": (c_int, [_HANDLE, c_uint32, c_uint32]),
     "haptic_session_release_part": (c_int, [_HANDLE, c_uint32]),
     "haptic_session_bodies": (c_int, [_HANDLE, POINTER(BodyOutput), c_size_t, c_size_t, POINTER(c_size_t)]),

@@ -80,11 +80,25 @@ class State:
 
 
 class Hand:
-    """The simulated hand of a session."""
+    """A simulated hand of a session; `number` from 0 on."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, number: int) -> None:
         self._session = session
-        self._goal = session.scene.start
+        self.number = number
+        self._goal: Optional[Array] = None if number > 0 else session.scene.start
+
+    def _last_goal(self) -> Array:
+        """The handle stands where the part starts until it is led elsewhere."""
+        until = time.monotonic() + 2.0
+        while self._goal is None:
+            state = self._session.state(self.number)
+            if state.link == "ready":
+                self._goal = state.hand_pose
+            elif time.monotonic() > until:
+                raise RuntimeError("the device of this hand does not report; the session is closed")
+            else:
+                time.sleep(0.002)
+        return self._goal
 
     def move_to(
         self,
@@ -101,13 +115,13 @@ class Hand:
         What is not given stays as in the last goal. The hand is a spring: where the part is kept from going, it
         presses. wait: until the time is over. Returns the number of the goal.
         """
-        goal = self._goal.copy()
+        goal = self._last_goal().copy()
         if pose is not None:
             goal[:] = pose_of(pose)
         for k, value in enumerate((x, y, z)):
             if value is not None:
                 goal[k] = value
-        given = c.HandGoal(pose=(ctypes.c_double * 7)(*goal), seconds=seconds)
+        given = c.HandGoal(hand=self.number, pose=(ctypes.c_double * 7)(*goal), seconds=seconds)
         number = ctypes.c_uint64()
         c.require(
             c.library.haptic_session_move_hand(
@@ -123,7 +137,7 @@ class Hand:
         """Until the hand has come to the end of goal `number`. Raises RuntimeError where the loop has ended before."""
         tick, since = 0, time.monotonic()
         while True:
-            state = self._session.state()
+            state = self._session.state(self.number)
             if state.goals_reached >= number:
                 return
             if state.tick != tick:
@@ -135,11 +149,11 @@ class Hand:
     def hold(self, again: bool = True) -> None:
         """Holds the deadman switch. again: presses it again after a fault that is no stop."""
         mode = c.HOLD_AGAIN if again else c.HOLD
-        c.require(c.library.haptic_session_hold(self._session._handle, mode))
+        c.require(c.library.haptic_session_hold_of(self._session._handle, self.number, mode))
 
     def release(self) -> None:
         """Lets go of the deadman switch: the force ramps to zero."""
-        c.require(c.library.haptic_session_hold(self._session._handle, c.RELEASE))
+        c.require(c.library.haptic_session_hold_of(self._session._handle, self.number, c.RELEASE))
 
 
 class Session:
@@ -147,7 +161,11 @@ class Session:
 
     device: "sim", a simulated handle and hand. rate [Hz]: of the loop; None: the scene's. history [s]: of ticks that are
     kept. priority: SCHED_FIFO of the servo thread, 1 to 99; 0: ordinary. hold: the hand holds the deadman switch
-    from the start; without it no force is sent.
+    from the start; without it no force is sent. hands: 2 in a scene with two hands, each with such a device of its own,
+    both moved in one tick; with 1 the part of a second hand is held still. A scene with one hand raises HapticError.
+
+    hand is the first of `hands`; state, verdict and history take the number of the hand. After a fault each of two hands
+    leads its part on from where that is.
 
     All methods may be called from any thread. State and history can be read after the end too.
     """
@@ -161,6 +179,7 @@ class Session:
         history: float = 60.0,
         priority: int = 0,
         hold: bool = True,
+        hands: int = 1,
     ) -> None:
         self._handle = ctypes.c_void_p()
         self._free = c.library.haptic_session_free
@@ -171,6 +190,7 @@ class Session:
             rate_hz=rate or 0.0,
             history_s=history,
             priority=priority,
+            hands=hands,
         )
         c.require(
             c.library.haptic_session_open(
@@ -187,12 +207,13 @@ class Session:
         self.stiffness: float = gains.stiffness_n_per_m
         if gains.lowered:
             warnings.warn(gains.text.decode(), stacklevel=2)
-        self.hand = Hand(self)
+        self.hands = tuple(Hand(self, number) for number in range(max(hands, 1)))
+        self.hand = self.hands[0]
 
-    def state(self) -> State:
+    def state(self, hand: int = 0) -> State:
         """The newest tick; never waits."""
         s = c.StateOutput()
-        c.require(c.library.haptic_session_state(self._handle, ctypes.byref(s)))
+        c.require(c.library.haptic_session_state_of(self._handle, hand, ctypes.byref(s)))
         wrench, sent = np.array(s.wrench), np.array(s.sent_wrench)
         return State(
             s.tick,
@@ -219,17 +240,17 @@ class Session:
             s.state_hash,
         )
 
-    def verdict(self) -> Verdict:
+    def verdict(self, hand: int = 0) -> Verdict:
         """The judgement of all ticks so far; after the end of the whole session. Never waits."""
-        return verdict_of(c.library.haptic_session_verdict, self._handle)
+        return verdict_of(lambda handle, text: c.library.haptic_session_verdict_of(handle, hand, text), self._handle)
 
-    def history(self) -> Array:
+    def history(self, hand: int = 0) -> Array:
         """The newest ticks, oldest first: an array with the fields of TICK."""
         ticks = np.empty(self._records, dtype=TICK)
         count = ctypes.c_size_t()
         c.require(
-            c.library.haptic_session_history(
-                self._handle, ticks.ctypes.data, len(ticks), TICK.itemsize, ctypes.byref(count)
+            c.library.haptic_session_history_of(
+                self._handle, hand, ticks.ctypes.data, len(ticks), TICK.itemsize, ctypes.byref(count)
             )
         )
         return ticks[: count.value]
