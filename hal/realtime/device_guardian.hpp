@@ -78,7 +78,7 @@ struct ServoEnd {
   int pid = -1;
   ProcessEnd end;
   bool hung = false;  ///< it had stopped ticking, and was killed for it
-  /// Of its flight recorders, by device, oldest first.
+  /// Ticks of its flight recorders, by device, oldest first.
   std::array<std::vector<StepTrace>, kMostDevices> records;
 };
 
@@ -135,7 +135,7 @@ class DeviceGuardian {
   /// At the end of the process at work, which is reported once, the ramp is begun first of all.
   [[nodiscard]] GuardianNews wait(int timeout_ms);
   [[nodiscard]] const ServoEnd& servo_end() const noexcept { return end_; }
-  /// Of the keeper that ended last, and whose device it kept.
+  /// The end of the last keeper that ended, and whose device it kept.
   [[nodiscard]] const ProcessEnd& keeper_end() const noexcept {
     return holds_[ended_keeper_].keeper_end;
   }

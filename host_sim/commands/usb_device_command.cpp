@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim usb-device [--seconds N] [--rate HZ] [--faults SCRIPT] [--hand H] [--scene S]
-// [--script MOTION] [--regrip S] [--priority P] [--wire FILE]
+// [--second] [--script MOTION] [--regrip S] [--priority P] [--wire FILE]
 #include <sched.h>
 #include <sys/prctl.h>
 #include <sys/time.h>
@@ -39,6 +39,7 @@ struct UsbDeviceArguments {
   std::optional<double> seconds;
   double rate_hz = 1000, regrip_s = 2;
   int priority = 0;
+  bool second = false;
 };
 
 constinit std::atomic<bool> running = true;
@@ -136,7 +137,14 @@ std::function<HandAction(double)> hand_of(const UsbDeviceArguments& o) {
   std::vector<MotionSample> motion;
   if (!o.scene.empty()) {
     CoreSession session(o.scene);
-    const double* grip = session.view().bodies()[0].reference_m;
+    const std::uint32_t number = o.second ? 1 : 0;
+    if (o.second && (session.hands() == nullptr || session.hands()->count() < 2))
+      throw tools::InputError(o.scene +
+                              ": --second is of a scene with two hands, and this one has one; "
+                              "leave it out");
+    if (o.second && o.script.empty())
+      throw tools::UsageError("--second: needs the motion of its part; give --script MOTION.toml");
+    const double* grip = session.view_of(number).bodies()[0].reference_m;
     for (int k = 0; k < 3; ++k) map.grip_a[k] = static_cast<Real>(grip[k]);
     if (o.script.empty()) script = pressing_script(session, o.rate_hz, kPressing_s);
   }
@@ -150,6 +158,8 @@ std::function<HandAction(double)> hand_of(const UsbDeviceArguments& o) {
 }
 
 int do_usb_device(const UsbDeviceArguments& o) {
+  if (o.second && o.scene.empty())
+    throw tools::UsageError("--second: is the second hand of a scene; give --scene SCENE.rtscene");
   const std::optional<HandModel> hand = hand_named(o.hand);
   if (!hand) throw tools::InputError("no hand is called '" + o.hand + "'");
   ReferenceModelSettings settings;
@@ -207,6 +217,8 @@ Command add_usb_device_command(CLI::App& program) {
   app->add_option("--scene", o->scene,
                   "compiled scene; the motion is that of its part, by default a press on the "
                   "nearest fixed one");
+  app->add_flag("--second", o->second,
+                "the device of the second hand of the scene; its motion is that of --script");
   app->add_option("--script", o->script,
                   "motion script (TOML), of the handle, or of the part where a scene is given");
   app->add_option("--regrip", o->regrip_s,

@@ -87,7 +87,7 @@ struct RunAccount {
   bool refused = false;            ///< in strict: nothing was armed, as the machine is not fit
   double share = 1;                ///< of force and torque, as the machine is fit for them
 
-  /// Of the loop, which all devices share.
+  /// Counts of the loop, which all devices share.
   [[nodiscard]] const TickCounts& loop() const { return devices.front().counts; }
 };
 

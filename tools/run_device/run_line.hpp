@@ -34,7 +34,7 @@ class RunLine {
   void make_link(const hal::DeviceMailbox& mailbox, hal::ZeroHolder& keeper,
                  const SceneBytes& scene);
   [[nodiscard]] hal::DeviceLink& link() { return *link_; }
-  /// Of another servo process from now on.
+  /// Watches for another servo process from now on.
   void follow(const ServoBoard& board) { bus_.follow(board.window); }
 
   // While it runs.

@@ -82,6 +82,38 @@ class Parts(unittest.TestCase):
             self.assertGreater(s.bodies["other"].pose[2], 0.025)
             self.assertFalse(any(b.held for b in s.bodies.values()))
 
+    def test_a_session_of_two_hands_feels_the_same_in_both(self):
+        scene = haptic.compile(
+            [
+                haptic.Part(box(100, 100, 10), role="fixed", name="plate"),
+                haptic.Part(box(20, 20, 20), role="hand", name="block", at=(0, 0, 0.035)),
+                haptic.Part(box(20, 20, 20), role="hand2", name="other", at=(0.03, 0, 0.035)),
+            ],
+            unit="mm",
+            stiffness=500,
+        )
+        with haptic.Session(scene, hands=2) as s:
+            s.hands[0].move_to(x=0.010, seconds=0.3)
+            s.hands[1].move_to(x=0.020, seconds=0.3)
+            until = time.monotonic() + 20
+            while time.monotonic() < until:
+                first, second = s.state(0), s.state(1)
+                if first.force[0] < -1 and abs(first.force[0] + second.force[0]) < 0.05:
+                    break
+                time.sleep(0.01)
+            self.assertLess(first.force[0], -1)
+            self.assertAlmostEqual(first.force[0], -second.force[0], delta=0.05)
+            self.assertAlmostEqual(second.felt_pose[0] - first.felt_pose[0], 0.020, delta=1e-4)
+            s.hands[1].release()
+        self.assertEqual([s.verdict(hand).outcome for hand in (0, 1)], ["followed", "followed"])
+        self.assertGreater(len(s.history(1)), 500)
+        with haptic.Session(scene) as s:
+            self.assertEqual(len(s.hands), 1)
+            with self.assertRaises((ValueError, haptic.HapticError)):
+                s.state(1)
+        with self.assertRaises((ValueError, haptic.HapticError)):
+            haptic.Session(block_scene(), hands=2)
+
     def test_what_cannot_be_held_or_meant(self):
         core = two_blocks().core()
         for name in ("plate", "nut"):

@@ -24,7 +24,7 @@ struct TwoBench : Bench {
   TwoBench() : Bench("two_hands", kTwoHead) {}
 };
 
-/// Of two devices.
+/// Both devices exert a force.
 bool both_press(const std::vector<json>& lines) {
   bool presses[2] = {};
   for (const json& line : lines) {

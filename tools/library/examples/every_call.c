@@ -329,10 +329,14 @@ static void run_session(const void* scene, size_t scene_bytes) {
   move_plate(session);
   REQUIRE(haptic_session_stop(session));
   REQUIRE(haptic_session_hold(session, 0));
+  REQUIRE(haptic_session_hold_of(session, 0, 0));
   REQUIRE(haptic_session_close(session));
   EXPECT(haptic_session_hold(session, 1) == HAPTIC_ERROR_CLOSED);
   REQUIRE(haptic_session_state(session, &state));
   REQUIRE(haptic_session_verdict(session, &verdict));
+  REQUIRE(haptic_session_state_of(session, 0, &state)); /* of each of two hands, with options.hands = 2 */
+  REQUIRE(haptic_session_verdict_of(session, 0, &verdict));
+  REQUIRE(haptic_session_history_of(session, 0, ticks, 2000, sizeof ticks[0], &count));
   printf("session: %s\n", verdict.text);
   EXPECT(verdict.failures == 0);
   REQUIRE(haptic_session_free(&session));
