@@ -143,9 +143,8 @@ std::string wait_text(const ArmingNews& news) {
   if ((w & kWaitLate) != 0)
     return "states or ticks come too late: run_device doctor says what holds them up";
   if ((w & kWaitRampOut) != 0) return "the force ramps to zero";
-  const std::string deadman =
-      "the deadman switch (" + table("switches", news) +
-      " deadman = " + std::to_string(news.deadman) + ") ";
+  const std::string deadman = "the deadman switch (" + table("switches", news) +
+                              " deadman = " + std::to_string(news.deadman) + ") ";
   if ((w & kWaitDeadmanReleased) != 0)
     return deadman + "is held and counts only once it has been released and is pressed again";
   if ((w & kWaitDeadmanPressed) != 0) return deadman + "is not pressed";

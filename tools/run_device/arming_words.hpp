@@ -12,12 +12,12 @@ namespace haptic::tools {
 
 /// State of arming in the newest tick of a servo process.
 struct ArmingNews {
-  std::uint32_t waits = 0;        ///< ArmingWait
-  std::uint32_t present = 0;      ///< SafetyFault: causes that are there now
-  std::uint32_t begins = 0;       ///< ticks in which the part began, so far
-  std::uint32_t deadman = 1;      ///< [switches] deadman
-  std::uint32_t finds_place = 0;  ///< 1: [workspace] offset_m is found; 0: given
-  std::uint32_t device = 0;       ///< 1 and 2 of two, whose parts go on from where they are
+  std::uint32_t waits = 0;         ///< ArmingWait
+  std::uint32_t present = 0;       ///< SafetyFault: causes that are there now
+  std::uint32_t begins = 0;        ///< ticks in which the part began, so far
+  std::uint32_t deadman = 1;       ///< [switches] deadman
+  std::uint32_t finds_place = 0;   ///< 1: [workspace] offset_m is found; 0: given
+  std::uint32_t device = 0;        ///< 1 and 2 of two, whose parts go on from where they are
   std::uint64_t inside_ticks = 0;  ///< in a row that the part is led out of an obstacle
   double offset_m[3] = {};         ///< with which the handle, where it stood when the
                                    ///< part began, has it where the scene has it start

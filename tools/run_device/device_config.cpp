@@ -307,8 +307,9 @@ void check_second(const TomlTable& top, bool has_second) {
   if (has_second) return;
   for (const char* const table : {"workspace2", "limits2", "switches2"}) {
     if (top.has(table))
-      top.fail(table, "is of a second device, and there is none; add the table [device2] with "
-                      "driver, or remove this one");
+      top.fail(table,
+               "is of a second device, and there is none; add the table [device2] with "
+               "driver, or remove this one");
   }
 }
 

@@ -30,8 +30,8 @@ struct LoopConfig {
 
 /// A device, with all that is its own.
 struct HandDevice {
-  std::string driver_name;      ///< as in the file, or as --device has it
-  bool simulated = false;       ///< the peer in this process, no bus
+  std::string driver_name;  ///< as in the file, or as --device has it
+  bool simulated = false;   ///< the peer in this process, no bus
   hal::UsbAddress address;
   std::string socket_path;  ///< of a device in another process; empty: it is on the bus
   hal::KeySwitchSettings deadman_input;  ///< no path: the device's own switches alone

@@ -79,7 +79,7 @@ struct RunAccount {
   double seconds = 0;
   std::vector<DeviceAccount> devices;
   unsigned processes = 0;
-  ServoTimes times;  ///< of the last servo process
+  ServoTimes times;                            ///< of the last servo process
   std::optional<hal::PageFaults> page_faults;  ///< of its loop; none where it was killed
   std::int64_t heap_grown_bytes = 0;
   std::vector<Refusal> refusals;

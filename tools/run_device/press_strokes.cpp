@@ -60,8 +60,7 @@ std::vector<std::array<double, 3>> strokes_of_two(const DeviceConfig& config, Ha
   const Real distance_m = apart_w.norm();
   const Vec3 together_w = distance_m > 0 ? Vec3(apart_w / distance_m) : Vec3(0, 0, -1);
   for (std::size_t k = 0; k < kMostHands; ++k)
-    ways[k].direction_d =
-        ways[k].map.q_wd.conjugate() * (k == 0 ? together_w : Vec3(-together_w));
+    ways[k].direction_d = ways[k].map.q_wd.conjugate() * (k == 0 ? together_w : Vec3(-together_w));
   const LawId law = hands.hand(0).scene().parameters().law;
   std::uint64_t tick = 0;
   const double way_m = stroke_m([&](double way) {

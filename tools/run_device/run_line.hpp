@@ -38,7 +38,8 @@ class RunLine {
   void follow(const ServoBoard& board) { bus_.follow(board.window); }
 
   // While it runs.
-  [[nodiscard]] RunStatus status(double t_s, std::int64_t silence_ns, const ServoBoard& board) const;
+  [[nodiscard]] RunStatus status(double t_s, std::int64_t silence_ns,
+                                 const ServoBoard& board) const;
   /// Events since the last look.
   void look(const RunStatus& status) { events_.look(status); }
   void tell_notes();

@@ -258,8 +258,7 @@ SceneBytes held_scene(const DeviceConfig& config, const CoreInMemory& tried, std
     if (lowered.empty()) lowered = gains->text;
     return changed_scene(of, [&](SceneParameters& changed) { gains->put(changed); });
   };
-  SceneBytes bytes =
-      tried.parts != nullptr ? with_changed(tried.view, held) : held(tried.view);
+  SceneBytes bytes = tried.parts != nullptr ? with_changed(tried.view, held) : held(tried.view);
   if (!lowered.empty())
     std::fprintf(stderr, "run_device: %s%s\n", device_words(config, device).c_str(),
                  lowered.c_str());
@@ -293,15 +292,13 @@ std::size_t flight_records(const DeviceConfig& config) {
   return static_cast<std::size_t>(std::ceil(config.flight_seconds * rate_hz));
 }
 
-FitQuestion fit_question(const DeviceConfig& config, const SceneBytes& scene,
-                         std::size_t device) {
+FitQuestion fit_question(const DeviceConfig& config, const SceneBytes& scene, std::size_t device) {
   CoreInMemory own;
   // It was opened before: read_usable_scene.
   if (own.open(scene.span()) != RtStatus::kOk) return {};
   return fit_question(own.view_of(device),
                       static_cast<double>(config.devices[device].servo.map.scale),
-                      config.loop.period_ns, clocks_loop(config, device),
-                      config.accept_unbudgeted);
+                      config.loop.period_ns, clocks_loop(config, device), config.accept_unbudgeted);
 }
 
 SceneBytes read_usable_scene(const DeviceConfig& config) {

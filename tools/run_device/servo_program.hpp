@@ -111,8 +111,9 @@ struct ServoBoard {
 [[nodiscard]] std::size_t flight_records(const DeviceConfig& config);
 
 /// The scene read and tried: a core can be built over it, and it has a hand for each device; a
-/// scene without a [device] with what the simulated handle holds, where that is a device. Which bodies were simplified, and which gains
-/// are lower than the scene's, is said on standard error. @throws InputError
+/// scene without a [device] with what the simulated handle holds, where that is a device. Which
+/// bodies were simplified, and which gains are lower than the scene's, is said on standard error.
+/// @throws InputError
 [[nodiscard]] SceneBytes read_usable_scene(const DeviceConfig& config);
 
 }  // namespace haptic::tools
