@@ -28,10 +28,14 @@ bool differs(const Pose& one, const Pose& other) noexcept {
   return way_m.maxCoeff() > kRoundings * size_m || turn.maxCoeff() > kRoundings;
 }
 
-/// The ramp of the clutch has come to its end.
+bool is_no_wrench(const Wrench& wrench) noexcept {
+  return wrench.force_w.isZero(0) && wrench.torque_w.isZero(0);
+}
+
+/// The ramp of the clutch has come to its end, and so has that of a guide, which is longer.
 bool is_let_go(const StepResult& result) noexcept {
   return result.status == RtStatus::kOk && (result.flags & kFlagRamping) != 0 &&
-         result.spring_w.force_w.isZero(0) && result.spring_w.torque_w.isZero(0);
+         is_no_wrench(result.spring_w) && is_no_wrench(result.guidance.wrench_w);
 }
 
 }  // namespace

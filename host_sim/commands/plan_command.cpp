@@ -13,6 +13,8 @@
 
 #include "host_sim/commands/commands.hpp"
 #include "host_sim/commands/laboratory.hpp"
+#include "host_sim/commands/plan_account.hpp"
+#include "host_sim/commands/stage_plans.hpp"
 #include "host_sim/oracle/plan_clearance.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/core_session.hpp"
@@ -43,42 +45,15 @@ struct PlanArguments {
   std::uint64_t seed = 1;
   PlanMethod method = PlanMethod::kSearch;
   bool json = false, fallback = false;
+  std::string stage;       ///< number or "all"; empty: the scene has one moving part
+  bool order = false;      ///< of the assembly, to be found
+  std::string scene_file;  ///< that the scene is from; empty: beside it
 };
 
 using Json = nlohmann::ordered_json;
 
 /// Basic contacts of a C-face that are named.
 constexpr std::size_t kMostNamed = 3;
-
-std::string millimetres_or_less(double length_m) {
-  return length_m >= 1e-4 ? tools::formatted("%.3g mm", 1e3 * length_m)
-                          : tools::formatted("%.3g um", 1e6 * length_m);
-}
-
-std::string pose_as_option(const Pose& pose) {
-  std::string text;
-  for (int k = 0; k < 3; ++k)
-    text += tools::short_number(static_cast<double>(pose.p_wa[k]), 6) + ",";
-  const Quat& q = pose.q_wa;
-  for (const Real x : {q.w(), q.x(), q.y()})
-    text += tools::short_number(static_cast<double>(x), 9) + ",";
-  return text + tools::short_number(static_cast<double>(q.z()), 9);
-}
-
-std::string plane_text(const SceneView& view, PairIndex index, const std::string& kind,
-                       const tools::Vec3d& normal_w) {
-  const PairRecord pair = view.pair_record(index);
-  return tools::formatted("pieces %u and %u, %s, normal (%.3f, %.3f, %.3f)", pair.piece_a,
-                          pair.piece_b, kind.c_str(), normal_w.x(), normal_w.y(), normal_w.z());
-}
-
-/// "pieces 0 and 3, a face of the fixed piece, normal (0, 0, 1)".
-std::string plane_text(const SceneView& view, const tools::HoldingPlane& plane) {
-  const char* const kind = plane.type == ContactType::kA   ? "a face of the moving piece"
-                           : plane.type == ContactType::kB ? "a face of the fixed piece"
-                                                           : "two edges";
-  return plane_text(view, plane.pair, kind, plane.normal_w);
-}
 
 /// Names of the first basic contacts of a C-face: "44 B (v2, f0)".
 std::vector<std::string> contact_names(const SceneView& view, const tools::BlockingFace& face) {
@@ -139,46 +114,6 @@ void say_impossible(const SceneView& view, const tools::TranslationResult& resul
     std::printf("  the %s is shut in by %s\n", what, face_text(view, face).c_str());
 }
 
-void say_progress(const tools::SearchState& state) {
-  std::fprintf(stderr,
-               "host_sim plan: %.0f s, %llu poses from the start and %llu from the goal, "
-               "the trees are %.3g mm apart\n",
-               state.seconds, static_cast<unsigned long long>(state.nodes_from_start),
-               static_cast<unsigned long long>(state.nodes_from_goal), 1e3 * state.nearest_m);
-}
-
-/// Says about once a second how far the shortening is.
-tools::ShorteningProgress say_shortening(const tools::ShorteningLimits& limits) {
-  using Clock = std::chrono::steady_clock;
-  return [limits, said = Clock::now()](const tools::ShorteningState& state) mutable {
-    if (Clock::now() - said < std::chrono::seconds(1)) return;
-    said = Clock::now();
-    std::fprintf(
-        stderr,
-        "host_sim plan: a motion is found; %.3g %% of the work on its shortening, %zu corners\n",
-        100.0 * static_cast<double>(state.work) / static_cast<double>(limits.work), state.corners);
-  };
-}
-
-void say_failure(const SceneView& view, const tools::SlidingPart& part,
-                 const tools::SearchResult& result, bool turned) {
-  std::printf("no plan found in %.0f s (%llu pushes, %llu ticks); got as far as this state:\n",
-              result.state.seconds, static_cast<unsigned long long>(result.state.pushes),
-              static_cast<unsigned long long>(result.state.ticks));
-  std::printf("  from the start to %s\n",
-              pose_as_option(part.mesh_pose(result.nearest_to_goal)).c_str());
-  std::printf("  from the goal to  %s\n",
-              pose_as_option(part.mesh_pose(result.nearest_to_start)).c_str());
-  std::printf("  the nearest two poses are %.4g mm apart, a turn of 1 rad counted as %.4g mm\n",
-              1e3 * result.state.nearest_m, 1e3 * part.radius_m());
-  for (const tools::HoldingPlane& plane : result.goal_held)
-    std::printf("  pushed out of the goal it is held by %s\n", plane_text(view, plane).c_str());
-  if (!turned && !view.is_locked())
-    std::printf(
-        "  the goal is turned as the start: --method translations may find a motion that does not "
-        "turn the part, or prove that there is none\n");
-}
-
 /// The start and the goal of a plan, and what proves its steps.
 struct Task {
   const SceneView& view;
@@ -198,16 +133,8 @@ tools::ShorteningLimits shortening_of(const PlanArguments& o) {
 /// Proves the plan as a reader would, writes it and says so.
 int keep_plan(const Task& task, const PlanArguments& o, const tools::Plan& plan, Json json,
               const std::string& how) {
-  std::size_t runs = 0;
-  for (const tools::PlanPlane& plane : plan.planes) runs += plane.runs.size();
-  if (plan.poses.size() > tools::kMostPlanPoses || plan.planes.size() > tools::kMostPlanPlanes ||
-      runs > tools::kMostPlanRuns) {
-    std::printf(
-        "a motion was found and each of its %zu steps is proved, by %zu planes over %zu runs of "
-        "steps, but a plan file holds %zu, %zu and %zu: none is written; with more "
-        "--shorten-millions it has fewer steps\n",
-        plan.steps(), plan.planes.size(), runs, tools::kMostPlanPoses - 1, tools::kMostPlanPlanes,
-        tools::kMostPlanRuns);
+  if (const std::string large = too_large(plan); !large.empty()) {
+    std::printf("%s\n", large.c_str());
     return tools::kExitCheckFailed;
   }
   const tools::PlanProof proof = tools::write_proved_plan(task.view, plan, o.out);
@@ -339,7 +266,22 @@ int plan_by_search(const Task& task, const PlanArguments& o) {
   return keep_plan(task, o, made.plan, std::move(json), how);
 }
 
-int do_plan(const PlanArguments& o) {
+StageRequest stage_request(const PlanArguments& o, bool has_shortening) {
+  StageRequest request;
+  request.scene = o.scene;
+  request.scene_file = o.scene_file;
+  request.out = o.out;
+  request.seconds = o.seconds;
+  request.shortening = shortening_of(o);
+  if (!has_shortening) request.shortening.work = kStageShorteningWork;
+  request.json = o.json;
+  return request;
+}
+
+int do_plan(const PlanArguments& o, bool has_shortening) {
+  if (o.order) return plan_order(stage_request(o, has_shortening));
+  if (!o.stage.empty()) return plan_stages(stage_request(o, has_shortening), o.stage);
+  if (o.goal.empty()) throw tools::UsageError("--goal: is missing; say where the part is to go");
   if (o.out.empty()) throw tools::UsageError("--out: is empty; name the plan to write");
   const tools::SceneBytes bytes = tools::read_scene_bytes(o.scene);
   const CoreSession session(bytes.span(), o.scene, GoalContact::kLeftOut);  // checks the scene
@@ -393,25 +335,44 @@ Command add_plan_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand(
       "plan", "Finds a motion of the moving part to a pose, and proves every step of it free.");
   app->add_option("scene,--scene", o->scene, "compiled scene (.rtscene)")->required();
-  app->add_option("--goal", o->goal,
-                  "where the part is to go: x,y,z[,qw,qx,qy,qz] of its file frame [m, or 5mm]")
+  CLI::Option* const goal =
+      app->add_option("--goal", o->goal,
+                      "where the part is to go: x,y,z[,qw,qx,qy,qz] of its file frame [m, or 5mm]");
+  CLI::Option* const start = app->add_option(
+      "--start", o->start, "where it begins, written alike; default: the scene's start");
+  app->add_option("-o,--out", o->out,
+                  "plan to write; for --stage all and --order the folder of the plans")
       ->required();
-  app->add_option("--start", o->start,
-                  "where it begins, written alike; default: the scene's start");
-  app->add_option("-o,--out", o->out, "plan to write")->required();
+  CLI::Option* const stage =
+      app->add_option("--stage", o->stage,
+                      "a stage of an assembly, from 1, or all: its part goes from its start to its "
+                      "goal, while those of earlier stages stand at theirs")
+          ->excludes(goal)
+          ->excludes(start);
+  CLI::Option* const order =
+      app->add_flag(
+             "--order", o->order,
+             "finds the order of an assembly by taking it apart, and writes it with its plans")
+          ->excludes(goal)
+          ->excludes(start)
+          ->excludes(stage);
+  app->add_option("--scene-file", o->scene_file,
+                  "of --order: the scene file that the scene was compiled from; default: the "
+                  "scene's name with .toml")
+      ->needs(order);
   app->add_option("--seconds", o->seconds, "time for the search (default 120)")
       ->check(tools::positive_number())
       ->check(number_from(0, 1e9));
-  app->add_option(
-         "--shorten-millions", o->shorten_millions,
-         "work on making the plan shorter: vertices that it may look at, in millions "
-         "(default 6000, about half a minute); it is counted, not timed, so that the plan is "
-         "the same on any machine")
-      ->check(number_from(0, 1e12));
+  CLI::Option* const shorten = app->add_option(
+      "--shorten-millions", o->shorten_millions,
+      "work on making the plan shorter: vertices that it may look at, in millions "
+      "(default 6000, about half a minute); it is counted, not timed, so that the plan is "
+      "the same on any machine; of a stage 600");
+  shorten->check(number_from(0, 1e12));
   app->add_option("--seed", o->seed,
                   "of the random pushes (default 1); the same seed gives the same plan")
       ->check(whole_number());
-  tools::add_choice<PlanMethod>(
+  CLI::Option* const method = tools::add_choice<PlanMethod>(
       *app, "--method", o->method,
       {{"search", PlanMethod::kSearch},
        {"translations", PlanMethod::kTranslations},
@@ -424,7 +385,8 @@ Command add_plan_command(CLI::App& program) {
                     "where the search finds none, goes on with OMPL's planners, each for --seconds "
                     "(plan-sampled of host_lab)");
   app->add_flag("--json", o->json, "the account as JSON on stdout")->excludes(fallback);
-  return {app, [o] { return do_plan(*o); },
+  for (CLI::Option* const of : {stage, order}) of->excludes(method)->excludes(fallback);
+  return {app, [o, shorten] { return do_plan(*o, shorten->count() > 0); },
           "host_sim plan peg.rtscene --goal 0,0,-40mm,1,0,0,0 -o peg.plan"};
 }
 

@@ -59,7 +59,8 @@ enum class SectionId : std::uint32_t {
   kPartBodies = 28,       ///< u32: the parts that are the static bodies of each part's scene
   kPartScenes = 29,       ///< bytes: the scenes in which parts are held, each aligned as this one
   kDriven = 30,           ///< DrivenRecord, ascending by part; only where an owner moves parts
-  kBodyPairs = 31         ///< BodyPairRecord; only where several parts move at once
+  kBodyPairs = 31,        ///< BodyPairRecord; only where several parts move at once
+  kStages = 32  ///< StageRecord, in the order of the assembly; only where the scene has one
 };
 
 /// Vertices of a piece in kVertexLanes come in a multiple of this; the rest repeats vertex 0.
@@ -322,6 +323,15 @@ struct BodyPairRecord {
   std::uint64_t scene_bytes;
 };
 
+/// A stage of an assembly: a part is brought to its goal, while those of earlier stages are at
+/// theirs and all others where they start. Read by tools; no tick does.
+struct StageRecord {
+  std::uint32_t part;        ///< its number; each at most once, and one that the hand may take
+  std::uint32_t reserved;    ///< 0
+  double goal_p_wa_m[3];     ///< of its mesh frame in W
+  double goal_q_wa_xyzw[4];  ///< unit
+};
+
 /// A plan that leads the hand (tick/guide.hpp): how strongly, and how far it reaches.
 struct GuideRecord {
   std::uint64_t plan_geometry;  ///< hash of the geometry that the plan was proved for
@@ -505,7 +515,8 @@ static_assert(sizeof(DeviceParameters) == 168 && sizeof(CouplingParameters) == 1
 static_assert(sizeof(GuideRecord) == 64 && sizeof(GuideStation) == 16 * sizeof(Real) + 8);
 static_assert(sizeof(BodyRecord) == 72 && sizeof(PieceRecord) == 120 && sizeof(FaceRecord) == 20 &&
               sizeof(SimplifiedBody) == 24 && sizeof(PartRecord) == 88 &&
-              sizeof(DrivenRecord) == 80 && sizeof(BodyPairRecord) == 24);
+              sizeof(DrivenRecord) == 80 && sizeof(BodyPairRecord) == 24 &&
+              sizeof(StageRecord) == 64);
 static_assert(sizeof(EdgeRecord) == 12 && sizeof(PairRecord) == 40 && sizeof(NodeRecord) == 8);
 static_assert(sizeof(PlaneRecord) == 4 * sizeof(Real) &&
               sizeof(EdgeDirection) == 4 * sizeof(Real) && sizeof(EdgeArc) == 16 * sizeof(Real));

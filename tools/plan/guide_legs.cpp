@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "rt_core/scene/part_scenes.hpp"
+
 namespace haptic::tools {
 namespace {
 
@@ -41,6 +43,20 @@ const char* to_text(GuideState state) {
 }
 
 GuideLegs::GuideLegs(const SceneView& scene) {
+  PartScenes parts;
+  if (PartScenes::open(scene, parts) == RtStatus::kOk && parts.count() > 0) {
+    // Each part has a guide of its own, and a tick does not say which part is held.
+    for (std::uint32_t k = 0; k < parts.count(); ++k) {
+      SceneView held;
+      if (parts.may_be_held(k) && SceneView::open(parts.scene_of(k), held) == RtStatus::kOk &&
+          held.guide() != nullptr) {
+        words_ = {"on the way"};
+        leg_of_ = {0};
+        is_of_parts_ = true;
+      }
+    }
+    return;
+  }
   if (scene.guide() == nullptr) return;
   const std::uint8_t* before = nullptr;
   for (const GuideStation& station : scene.guide_stations()) {
@@ -61,6 +77,7 @@ std::string GuideLegs::place(GuideState state, std::uint32_t station) const {
   if (empty() || state == GuideState::kNone) return {};
   if (state == GuideState::kOff) return "the guide is off";
   if (state == GuideState::kLost) return "off the way: the guide looks for a station";
+  if (is_of_parts_) return words_.front();
   const std::uint32_t leg = leg_of(station);
   return std::to_string(leg + 1) + " of " + std::to_string(count()) + ": " + words(leg) +
          ", then " + (leg + 1 < count() ? words(leg + 1) : std::string("the goal"));

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// Where on the plan of a scene's guide the part is, in words for the operator. A leg of the plan
-/// is a run of stations at which the part touches in the same way.
+/// is a run of stations at which the part touches in the same way. In a scene whose parts are held
+/// one after another all the plans are one leg, "on the way": a tick does not say which part it is of.
 
 #include <cstdint>
 #include <string>
@@ -35,6 +36,7 @@ class GuideLegs {
  private:
   std::vector<std::string> words_;     ///< of each leg
   std::vector<std::uint16_t> leg_of_;  ///< of each station
+  bool is_of_parts_ = false;
 };
 
 }  // namespace haptic::tools

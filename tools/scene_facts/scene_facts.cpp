@@ -169,9 +169,10 @@ std::string section_name(SectionId id) {
                                            "part bodies",
                                            "part scenes",
                                            "driven parts",
-                                           "body pairs"};
+                                           "body pairs",
+                                           "stages"};
   const auto number = static_cast<std::uint32_t>(id);
-  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kBodyPairs));
+  static_assert(std::size(kNames) == static_cast<std::size_t>(SectionId::kStages));
   if (number >= 1 && number <= std::size(kNames)) return kNames[number - 1];
   return "section " + std::to_string(number);
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <memory>
@@ -14,6 +15,7 @@
 #include <utility>
 
 #include "rt_core/bodies/joint_motion.hpp"
+#include "rt_core/haptic_core.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/graph/scene_tables.hpp"
@@ -114,6 +116,77 @@ class SceneRow {
   std::unordered_map<std::size_t, std::uint64_t> begins_;
 };
 
+/// The sections of a scene, but those that `left_out` names.
+BlobBuilder sections_without(const SceneView& scene,
+                             const std::function<bool(SectionId)>& left_out) {
+  BlobBuilder blob;
+  for (const SectionEntry& s : scene.sections()) {
+    if (left_out(s.id)) continue;
+    blob.add_bytes(s.id, s.element_bytes, s.count,
+                   scene.blob().subspan(static_cast<std::size_t>(s.offset),
+                                        static_cast<std::size_t>(s.count * s.element_bytes)));
+  }
+  return blob;
+}
+
+SceneBytes with_guide(const SceneView& scene, const GuideTables& guide) {
+  BlobBuilder blob = sections_without(scene, [](SectionId id) {
+    return id == SectionId::kGuide || id == SectionId::kGuideStations;
+  });
+  blob.add(SectionId::kGuide, std::vector<GuideRecord>{guide.record});
+  blob.add(SectionId::kGuideStations, guide.stations);
+  SceneCapacity capacity = scene.header().capacity;
+  // The state's size depends on the opened scene.
+  const OpenedScene opened(blob.finish(capacity));
+  capacity.state_bytes = HapticCore::state_bytes(opened.view);
+  return SceneBytes{blob.finish(capacity)};
+}
+
+PartScenes opened_parts(const SceneView& scene) {
+  PartScenes scenes;
+  if (const RtStatus status = PartScenes::open(scene, scenes); status != RtStatus::kOk)
+    throw InputError(std::string("the parts of the scene are refused: ") + to_text(status));
+  return scenes;
+}
+
+/// @param changed  is given a scene and the part that is held in it; kMostParts in that of a loose
+/// part, or of two parts that both move. Scenes that parts share it is given once.
+SceneBytes with_each_changed(
+    const SceneView& scene,
+    const std::function<SceneBytes(const SceneView&, std::uint32_t part)>& changed) {
+  const PartScenes scenes = opened_parts(scene);
+  SceneBytes around = changed(scene, 0);
+  if (scenes.count() == 0) return around;
+  using Place = std::pair<const std::byte*, std::uint32_t>;
+  std::map<Place, std::vector<std::byte>> known;
+  const auto bytes_changed = [&](std::span<const std::byte> of, std::uint32_t part) {
+    const auto [found, is_new] = known.try_emplace(Place(of.data(), part));
+    if (!is_new) return found->second;
+    SceneView held;
+    if (SceneView::open(of, held) != RtStatus::kOk)
+      throw std::logic_error("a part's scene has opened before");
+    const SceneBytes inside = changed(held, part);
+    found->second.assign(inside.span().begin(), inside.span().end());
+    return found->second;
+  };
+  std::vector<HeldPart> parts;
+  for (std::uint32_t k = 0; k < scenes.count(); ++k) {
+    HeldPart part{scenes[k].role, scenes.start_of(k), {}, {}, {}};
+    if (!scenes.scene_of(k).empty()) {
+      part.scene =
+          bytes_changed(scenes.scene_of(k), part.role == PartRole::kLoose ? kMostParts : k);
+      part.others.assign(scenes.others_of(k).begin(), scenes.others_of(k).end());
+    }
+    for (std::uint32_t b = 0; b < scenes.count(); ++b) {
+      const std::span<const std::byte> pair = scenes.pair_scene(k, b);
+      if (!pair.empty()) part.pairs.push_back({b, bytes_changed(pair, kMostParts)});
+    }
+    parts.push_back(std::move(part));
+  }
+  return SceneBytes{with_parts({around.span().begin(), around.span().end()}, parts,
+                               {scenes.driven().begin(), scenes.driven().end()})};
+}
+
 }  // namespace
 
 std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
@@ -145,13 +218,7 @@ std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
     for (const PairScene& pair : parts[k].pairs)
       pairs.push_back({k, pair.b, scenes.add(pair.bytes), pair.bytes.size()});
   const auto written = [&] {
-    BlobBuilder blob;
-    for (const SectionEntry& s : around.view.sections()) {
-      if (is_of_parts(s.id)) continue;
-      const auto bytes = around.view.blob().subspan(
-          static_cast<std::size_t>(s.offset), static_cast<std::size_t>(s.count * s.element_bytes));
-      blob.add_bytes(s.id, s.element_bytes, s.count, bytes);
-    }
+    BlobBuilder blob = sections_without(around.view, is_of_parts);
     blob.add(SectionId::kParts, records);
     blob.add(SectionId::kPartBodies, bodies);
     blob.add(SectionId::kPartScenes, scenes.bytes());
@@ -176,37 +243,65 @@ std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
 
 SceneBytes with_changed(const SceneView& scene,
                         const std::function<SceneBytes(const SceneView&)>& changed) {
-  PartScenes scenes;
-  if (const RtStatus status = PartScenes::open(scene, scenes); status != RtStatus::kOk)
-    throw InputError(std::string("the parts of the scene are refused: ") + to_text(status));
-  SceneBytes around = changed(scene);
-  if (scenes.count() == 0) return around;
-  std::map<const std::byte*, std::vector<std::byte>> shared;  // by where the scene stands
-  const auto bytes_changed = [&](std::span<const std::byte> of) {
-    const auto [known, is_new] = shared.try_emplace(of.data());
-    if (!is_new) return known->second;
-    SceneView held;
-    if (SceneView::open(of, held) != RtStatus::kOk)
-      throw std::logic_error("a part's scene has opened before");
-    const SceneBytes inside = changed(held);
-    known->second.assign(inside.span().begin(), inside.span().end());
-    return known->second;
-  };
-  std::vector<HeldPart> parts;
-  for (std::uint32_t k = 0; k < scenes.count(); ++k) {
-    HeldPart part{scenes[k].role, scenes.start_of(k), {}, {}, {}};
-    if (!scenes.scene_of(k).empty()) {
-      part.scene = bytes_changed(scenes.scene_of(k));
-      part.others.assign(scenes.others_of(k).begin(), scenes.others_of(k).end());
-    }
-    for (std::uint32_t b = 0; b < scenes.count(); ++b) {
-      const std::span<const std::byte> pair = scenes.pair_scene(k, b);
-      if (!pair.empty()) part.pairs.push_back({b, bytes_changed(pair)});
-    }
-    parts.push_back(std::move(part));
+  return with_each_changed(scene, [&](const SceneView& of, std::uint32_t) { return changed(of); });
+}
+
+std::vector<std::byte> with_stages(const SceneView& scene, const std::vector<Stage>& stages) {
+  std::vector<StageRecord> records;
+  for (const Stage& stage : stages) {
+    StageRecord record{};
+    record.part = stage.part;
+    std::copy_n(stage.goal.p_wa_m, 3, record.goal_p_wa_m);
+    std::copy_n(stage.goal.q_wa_xyzw, 4, record.goal_q_wa_xyzw);
+    records.push_back(record);
   }
-  return SceneBytes{with_parts({around.span().begin(), around.span().end()}, parts,
-                               {scenes.driven().begin(), scenes.driven().end()})};
+  BlobBuilder blob = sections_without(scene, [](SectionId id) { return id == SectionId::kStages; });
+  if (!records.empty()) blob.add(SectionId::kStages, records);
+  std::vector<std::byte> whole = blob.finish(scene.header().capacity);
+  const OpenedScene written(whole);
+  static_cast<void>(stages_of(written.view));
+  return whole;
+}
+
+std::vector<Stage> stages_of(const SceneView& scene) {
+  std::vector<Stage> stages;
+  for (const SectionEntry& s : scene.sections()) {
+    if (s.id != SectionId::kStages) continue;
+    const PartScenes parts = opened_parts(scene);
+    if (s.element_bytes != sizeof(StageRecord) || s.count > parts.count())
+      throw InputError("the stages of the scene are refused: there are more than parts");
+    const auto* const records =
+        reinterpret_cast<const StageRecord*>(scene.blob().data() + s.offset);
+    for (const StageRecord& record : std::span(records, static_cast<std::size_t>(s.count))) {
+      const bool is_new = std::ranges::find(stages, record.part, &Stage::part) == stages.end();
+      if (record.part >= parts.count() || !parts.may_be_taken(record.part) || !is_new)
+        throw InputError("the stages of the scene are refused: part " +
+                         std::to_string(record.part) + " is none that the hand may take once");
+      double q2 = 0;
+      bool is_place = true;
+      for (const double x : record.goal_q_wa_xyzw) q2 += x * x;
+      for (const double x : record.goal_p_wa_m)
+        is_place = is_place && std::abs(x) <= kMaxSceneLength_m;
+      if (!is_place || !(std::abs(q2 - 1) <= 1e-6))
+        throw InputError("the stages of the scene are refused: the goal of part " +
+                         std::to_string(record.part) + " is no pose");
+      Stage stage;
+      stage.part = record.part;
+      std::copy_n(record.goal_p_wa_m, 3, stage.goal.p_wa_m);
+      std::copy_n(record.goal_q_wa_xyzw, 4, stage.goal.q_wa_xyzw);
+      stages.push_back(stage);
+    }
+  }
+  return stages;
+}
+
+std::vector<std::byte> with_guides(const SceneView& scene,
+                                   const std::vector<std::optional<GuideTables>>& guides) {
+  const SceneBytes guided = with_each_changed(scene, [&](const SceneView& of, std::uint32_t part) {
+    return part < guides.size() && guides[part] ? with_guide(of, *guides[part])
+                                                : SceneBytes{of.blob()};
+  });
+  return {guided.span().begin(), guided.span().end()};
 }
 
 }  // namespace haptic::tools

@@ -6,11 +6,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "rt_core/scene/part_scenes.hpp"
 #include "tools/common/scene_bytes.hpp"
+#include "tools/graph_compiler/graph/scene_writer.hpp"
 
 namespace haptic::tools {
 
@@ -40,5 +42,23 @@ std::vector<std::byte> with_parts(const std::vector<std::byte>& scene,
 /// @throws InputError when the core refuses what comes of it.
 SceneBytes with_changed(const SceneView& scene,
                         const std::function<SceneBytes(const SceneView&)>& changed);
+
+/// A stage of an assembly (StageRecord).
+struct Stage {
+  std::uint32_t part = 0;  ///< its number
+  PartPlace goal;          ///< of its mesh frame
+};
+
+/// `scene`, which has parts, with the order of its assembly instead of the one that it had.
+std::vector<std::byte> with_stages(const SceneView& scene, const std::vector<Stage>& stages);
+
+/// The stages of a scene; none: it has no such order.
+/// @throws InputError where they are not of parts that the hand may take, each once.
+std::vector<Stage> stages_of(const SceneView& scene);
+
+/// `scene`, and in it the scenes in which parts are held that have a guide in `guides`, by part,
+/// with that guide instead of the one that they had.
+std::vector<std::byte> with_guides(const SceneView& scene,
+                                   const std::vector<std::optional<GuideTables>>& guides);
 
 }  // namespace haptic::tools

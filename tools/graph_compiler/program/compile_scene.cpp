@@ -28,6 +28,7 @@
 #include "tools/graph_compiler/program/part_mesh.hpp"
 #include "tools/graph_compiler/program/plausible_values.hpp"
 #include "tools/graph_compiler/program/scene_guide.hpp"
+#include "tools/graph_compiler/program/scene_stages.hpp"
 #include "tools/graph_compiler/program/start_pose.hpp"
 #include "tools/graph_compiler/program/tolerance_proposal.hpp"
 #include "tools/graph_compiler/pruning/exposure.hpp"
@@ -1032,6 +1033,7 @@ CompiledScene compiled_with_parts(const SceneFile& scene, const CompileOptions& 
     if (may_hold(scene, k)) compile_held(scene, parts, k, options, known, held, result);
   }
   result.bytes = with_parts(result.bytes, held, driven);
+  add_stages(result);
   return result;
 }
 

@@ -19,6 +19,7 @@
 #include "tools/graph_compiler/program/init_command.hpp"
 #include "tools/graph_compiler/program/memory_budget.hpp"
 #include "tools/graph_compiler/program/report.hpp"
+#include "tools/graph_compiler/program/scene_stages.hpp"
 #include "tools/graph_compiler/program/traits_header.hpp"
 
 namespace haptic::tools {
@@ -29,7 +30,7 @@ struct Arguments {
   std::vector<std::string> without, with;
   double plane_tolerance_m = 0.0;
   double simplify_m = 0.0, work_limit = 0.0;
-  std::size_t max_reflex = 0, max_pieces = 0;
+  std::size_t max_reflex = 0, max_pieces = 0, stage = 0;
   bool has_tolerance = false, has_reflex = false, has_pieces = false, has_work = false;
   bool has_simplify = false, disjoint = false, propose = false, quiet = false, full = false,
        no_prune = false, certified = false, progress = false, json = false;
@@ -89,6 +90,7 @@ int compile(const Arguments& arguments) {
     if (!reasons.empty()) return kExitCheckFailed;
   }
 
+  if (arguments.stage > 0) compiled.bytes = stage_scene(compiled, arguments.stage);
   std::vector<PendingFile> files{{arguments.output, std::span(compiled.bytes)}};
   std::string json, header;
   if (has_traits) {
@@ -170,6 +172,11 @@ int main(int argc, char** argv) {
              "simplify every part: bevels, fillets and rounds of solids, edges of surfaces; no "
              "point of the surface is then farther than this from the other surface [m]")
           ->check(haptic::tools::positive_number());
+  app.add_option(
+         "--stage", arguments.stage,
+         "write the scene of this [[stage]] alone, from 1: its part moves, those of earlier "
+         "stages stand at their goals and all others where they start")
+      ->check(haptic::tools::positive_number());
   app.add_flag("--disjoint", arguments.disjoint,
                "cut overlapping solids of a part apart instead of keeping them as a cover");
   app.add_flag("--propose-tolerance", arguments.propose,

@@ -554,6 +554,78 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
                    "' is \"placed\"; make it fixed, or leave \"hand2\" and \"loose\" out");
 }
 
+constexpr std::string_view kGuideKeys[] = {"plan", "pull_n", "hold_n", "let_go_m", "ramp_s"};
+
+/// Of a table that has `plan`.
+SceneGuide read_guide(const TomlTable& t, const std::filesystem::path& folder) {
+  SceneGuide guide;
+  guide.plan = folder / t.path("plan").value_or("");
+  guide.pull_n = t.number("pull_n", kPositive);
+  guide.hold_n = t.number("hold_n", kPositive);
+  guide.let_go_m = t.number("let_go_m", kPositive);
+  guide.ramp_s = t.number("ramp_s", kPositive);
+  return guide;
+}
+
+/// Names the part that a stage brings to its goal. @throws InputError
+std::string read_staged_part(const TomlTable& t, const SceneFile& scene) {
+  const auto part = t.text("part");
+  if (!part) t.fail_missing("part", "name the part that the stage brings to its goal");
+  std::vector<std::string_view> movable;
+  for (std::size_t k = 0; k <= scene.statics.size(); ++k) {
+    const ScenePart& known = numbered_part(scene, k);
+    const bool may_move = known.role == PartRole::kHand || known.role == PartRole::kPlaced;
+    if (may_move) movable.push_back(known.name);
+    if (known.name != *part) continue;
+    if (!may_move)
+      t.fail("part", "'" + *part +
+                         "' is fixed and stands already; leave this table out, or give the part "
+                         "role = \"placed\"");
+  }
+  if (std::ranges::find(movable, *part) == movable.end()) {
+    const std::string near = nearest_word(*part, movable);
+    t.fail("part", "no part has the name '" + *part + "'; " +
+                       (near.empty() ? "name a [[part]]" : "did you mean '" + near + "'?"));
+  }
+  for (const SceneStage& stage : scene.stages) {
+    if (stage.part == *part)
+      t.fail("part", "'" + *part + "' has a stage already, in line " +
+                         std::to_string(stage.at.line) + "; a part is brought to its goal once");
+  }
+  return *part;
+}
+
+/// `[[stage]]`: the order of the assembly.
+void read_stages(const TomlTable& top, const std::filesystem::path& folder, SceneFile& scene) {
+  std::vector<std::string_view> keys{"part", "position_m", "quaternion"};
+  keys.insert(keys.end(), std::begin(kGuideKeys), std::end(kGuideKeys));
+  for (const TomlTable& t : top.tables("stage", keys)) {
+    for (const ScenePart& part : scene.statics) {
+      if (part.role == PartRole::kPlaced || part.role == PartRole::kFixed) continue;
+      t.fail("part", "the scene has '" + part.name +
+                         "' with role \"hand2\", \"driven\" or \"loose\", and stages are of "
+                         "parts that one hand takes one after another; leave [[stage]] out");
+    }
+    SceneStage stage;
+    stage.part = read_staged_part(t, scene);
+    stage.at = t.place("part");
+    ScenePart goal;
+    if (!t.has("position_m"))
+      t.fail_missing("position_m", "give the part's goal, where its mesh frame is in the end");
+    static_cast<void>(read_pose(t, goal));
+    stage.position_m = goal.position_m;
+    stage.quaternion_wxyz = goal.quaternion_wxyz;
+    scene.warnings.insert(scene.warnings.end(), goal.notes.begin(), goal.notes.end());
+    if (t.has("plan")) {
+      stage.guide = read_guide(t, folder);
+    } else {
+      for (const std::string_view key : kGuideKeys)
+        if (t.has(key)) t.fail(key, "is of the guide along a plan; give plan too, or leave it out");
+    }
+    scene.stages.push_back(std::move(stage));
+  }
+}
+
 /// `[bodies]`: pairs of parts that are not compiled.
 void read_never(const TomlTable& top, SceneFile& scene) {
   const auto bodies = top.table("bodies", {"never"});
@@ -586,7 +658,9 @@ void check_parts(const TomlTable& top, const SceneFile& scene) {
              "orientation and workspace are of one moving part; leave them out in a "
              "scene with [[part]]");
   if (scene.guide)
-    top.fail("guide", "leads one moving part; leave it out in a scene with [[part]]");
+    top.fail("guide",
+             "leads one moving part; in a scene with [[part]] give the plan of each part in its "
+             "[[stage]]");
   if (scene.parameters.law != LawId::kProxy || has_goal_contact(scene.parameters))
     top.fail("rendering", "[[part]] asks for law = \"proxy\" without goal_contact");
 }
@@ -753,7 +827,10 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
   if (top.has("part")) {
     read_parts(top, folder, scene);
     read_never(top, scene);
+    read_stages(top, folder, scene);
   } else {
+    if (top.has("stage"))
+      top.fail("stage", "is the order in which [[part]]s are assembled; leave it out");
     if (top.has("bodies")) top.fail("bodies", "is of a scene with [[part]] tables; leave it out");
     read_moving(top, folder, scene);
     for (const TomlTable& t : top.tables("static", part_keys())) {
@@ -789,16 +866,9 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
       scene.budget.near_pairs = static_cast<std::uint32_t>(*pairs);
     }
   }
-  if (const auto guide = top.table("guide", {"plan", "pull_n", "hold_n", "let_go_m", "ramp_s"})) {
-    SceneGuide read;
-    const auto plan = guide->path("plan");
-    if (!plan) guide->fail_missing("plan", "name the plan that host_sim plan wrote");
-    read.plan = folder / *plan;
-    read.pull_n = guide->number("pull_n", kPositive);
-    read.hold_n = guide->number("hold_n", kPositive);
-    read.let_go_m = guide->number("let_go_m", kPositive);
-    read.ramp_s = guide->number("ramp_s", kPositive);
-    scene.guide = read;
+  if (const auto guide = top.table("guide", {std::begin(kGuideKeys), std::end(kGuideKeys)})) {
+    if (!guide->has("plan")) guide->fail_missing("plan", "name the plan that host_sim plan wrote");
+    scene.guide = read_guide(*guide, folder);
   }
   if (const auto memory = top.table("memory", {"graph_bytes"})) {
     const auto most = static_cast<std::int64_t>(kMaxGraphBytes);
@@ -872,8 +942,8 @@ SceneFile parse_scene_file(std::string_view text, const std::string& file,
     throw InputError(file + ": is a configuration of run_device, which names a compiled scene; " +
                      "give a scene file with [moving] here");
   const TomlTable top(root, file, "",
-                      {"format", "name", "moving", "static", "part", "bodies", "rendering", "start",
-                       "motion_limits", "loop", "device", "coupling", "friction", "budget",
+                      {"format", "name", "moving", "static", "part", "bodies", "stage", "rendering",
+                       "start", "motion_limits", "loop", "device", "coupling", "friction", "budget",
                        "memory", "cleaning", "guide"});
   SceneFile scene = read_tables(top, file, folder);
   std::vector<std::string> odd = implausible_values(root, file);

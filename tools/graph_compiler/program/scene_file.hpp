@@ -111,6 +111,15 @@ struct SceneGuide {
   std::optional<double> pull_n, hold_n, let_go_m, ramp_s;
 };
 
+/// One `[[stage]]`: a part is brought to its goal, while those of earlier stages are at theirs.
+struct SceneStage {
+  std::string part;                           ///< its name
+  std::array<double, 3> position_m{0, 0, 0};  ///< of its mesh frame in W
+  std::array<double, 4> quaternion_wxyz{1, 0, 0, 0};
+  std::optional<SceneGuide> guide;  ///< with `plan`: leads the hand while it holds the part
+  FilePlace at{};
+};
+
 struct SceneFile {
   std::string file;  ///< for messages
   std::string name;
@@ -129,6 +138,7 @@ struct SceneFile {
   std::optional<std::uint64_t> graph_bytes;  ///< room for stored contact graphs
   SceneBudget budget;
   std::optional<SceneGuide> guide;
+  std::vector<SceneStage> stages;  ///< in the order of the assembly
   /// Values that are hardly meant so, each a sentence with its place.
   std::vector<std::string> warnings;
 

@@ -77,6 +77,7 @@ class Search {
   SearchResult run(const PlanPose& start, const PlanPose& goal,
                    const std::function<void(const SearchState&)>& progress) {
     began_s_ = limits_.clock_s();
+    began_ticks_ = part_.ticks();
     SearchResult result;
     trees_[0] = {{}, goal};
     trees_[1] = {{}, start};
@@ -110,7 +111,7 @@ class Search {
   [[nodiscard]] double seconds() const { return limits_.clock_s() - began_s_; }
   [[nodiscard]] bool over(SearchResult& result) const {
     result.timed_out = seconds() > limits_.seconds;
-    return result.timed_out ||
+    return result.timed_out || part_.ticks() - began_ticks_ >= limits_.most_ticks ||
            trees_[0].nodes.size() + trees_[1].nodes.size() >= limits_.most_nodes;
   }
   [[nodiscard]] SearchState state() const {
@@ -412,6 +413,7 @@ class Search {
   std::uint32_t roots_moved_ = 0;  ///< moves of both roots that were made for kBeforeRoots
   std::vector<HoldingPlane> goal_held_;
   double began_s_ = 0;
+  std::uint64_t began_ticks_ = 0;
 };
 
 }  // namespace

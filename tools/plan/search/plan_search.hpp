@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,8 @@ struct SearchLimits {
   double seconds = 120;
   double (*clock_s)() = wall_clock_s;  ///< what the seconds are of
   std::uint64_t most_nodes = 200'000;
+  /// Of the core in this search: unlike seconds the same on any machine.
+  std::uint64_t most_ticks = std::numeric_limits<std::uint64_t>::max();
   std::uint64_t seed = 1;
 };
 

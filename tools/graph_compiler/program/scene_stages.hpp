@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The order of an assembly in its compiled scene, and the guides along the plans of its stages.
+
+#include <cstddef>
+#include <vector>
+
+#include "tools/graph_compiler/program/compile_scene.hpp"
+
+namespace haptic::tools {
+
+/// Adds the stages of the scene file to the compiled scene, which has its parts. Each plan is
+/// proved again in the scene of its stage, and must lead from the part's start to its goal.
+/// @throws InputError as make_guide; where a plan leads elsewhere.
+void add_stages(CompiledScene& compiled);
+
+/// The scene of stage `number`, from 1, with one moving part. @throws InputError where there is no
+/// such stage.
+[[nodiscard]] std::vector<std::byte> stage_scene(const CompiledScene& compiled, std::size_t number);
+
+}  // namespace haptic::tools
