@@ -64,6 +64,7 @@ std::string AssemblyFile::with_order(const std::vector<OrderedPart>& order, bool
     const auto of = std::ranges::find(order, name, &OrderedPart::name);
     if (of != order.end()) set_place(part, of->start);
   }
+  if (toml::table* const bodies = scene["bodies"].as_table()) bodies->erase("assembled");
   toml::array stages;
   for (std::size_t k = 0; k < order.size(); ++k) {
     toml::table stage{{"part", order[k].name}};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What `host_sim plan` says of a search: lengths, planes, progress and failure, in words.
+/// Words in which `host_sim plan` tells of a search: lengths, planes, progress and failure.
 
 #include <string>
 

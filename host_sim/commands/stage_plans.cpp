@@ -126,8 +126,10 @@ StageRow plan_stage(const tools::AssemblyStages& assembly, std::size_t stage, co
   const tools::PlanEnds ends =
       checked_ends(task.view, way.part(), way.prover(),
                    {task.start_wa, task.goal_wa, title + ": the start", title + ": the goal"});
-  if (std::optional<tools::OutWay> out = way.straight(ends.goal);
-      out && way.go_on(*out, ends.start)) {
+  bool impossible = false;
+  std::optional<tools::OutWay> out = way.straight(ends.goal);
+  if (!out) out = way.by_cells(ends.goal, impossible);
+  if (out && way.go_on(*out, ends.start)) {
     std::ranges::reverse(out->motion.corners);
     row.how = to_text(out->kind);
     finish(task.view, way, out->motion, o, file, row);
@@ -137,7 +139,8 @@ StageRow plan_stage(const tools::AssemblyStages& assembly, std::size_t stage, co
   limits.seconds = o.seconds;
   limits.seed = o.shortening.seed;
   std::fprintf(stderr,
-               "host_sim plan: %s: no straight way leads out of the goal; the search goes on\n",
+               "host_sim plan: %s: no translation that was tried leads out of the goal; the search "
+               "goes on\n",
                title.c_str());
   const tools::SearchResult result = tools::search_plan(
       task.view, way.part(), way.prover(), ends.start, ends.goal, limits, say_progress);
@@ -227,7 +230,7 @@ std::optional<std::size_t> stage_number(const std::string& which, std::size_t co
   return number;
 }
 
-/// What a part leans on, as a sentence.
+/// The part and the plane that a part leans on.
 std::string hold_text(const PartScenes& parts, const tools::PartHold& hold) {
   const tools::Vec3d& n = hold.plane.normal_w;
   return in_quotes(std::string(parts.name(hold.other))) +

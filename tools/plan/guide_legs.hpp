@@ -2,7 +2,8 @@
 #pragma once
 /// Where on the plan of a scene's guide the part is, in words for the operator. A leg of the plan
 /// is a run of stations at which the part touches in the same way. In a scene whose parts are held
-/// one after another all the plans are one leg, "on the way": a tick does not say which part it is of.
+/// one after another all the plans are one leg, "on the way": a tick does not say which part it is
+/// of.
 
 #include <cstdint>
 #include <string>

@@ -74,10 +74,9 @@ void write_chain(const ScratchFolder& folder) {
       }
       return out;
     };
-    return std::vector<MillimetreBox>{turned({{{-20, -20, -4}, {20, -12, 4}}}),
-                                      turned({{{-20, 12, -4}, {20, 20, 4}}}),
-                                      turned({{{-20, -20, -4}, {-12, 20, 4}}}),
-                                      turned({{{12, -20, -4}, {20, 20, 4}}})};
+    return std::vector<MillimetreBox>{
+        turned({{{-20, -20, -4}, {20, -12, 4}}}), turned({{{-20, 12, -4}, {20, 20, 4}}}),
+        turned({{{-20, -20, -4}, {-12, 20, 4}}}), turned({{{12, -20, -4}, {20, 20, 4}}})};
   };
   write_boxes(folder.file("one.obj"), link(0, false));
   write_boxes(folder.file("two.obj"), link(24, true));
@@ -91,8 +90,7 @@ void write_chain(const ScratchFolder& folder) {
 LedHand::LedHand(const SceneView& scene, double length_m)
     : pose_(tools::pose_from_text(scene, "start", "start")),
       per_turn_(static_cast<Real>(1 / (length_m * length_m))) {
-  for (int k = 0; k < 3; ++k)
-    grip_a_[k] = static_cast<Real>(scene.bodies()[0].reference_m[k]);
+  for (int k = 0; k < 3; ++k) grip_a_[k] = static_cast<Real>(scene.bodies()[0].reference_m[k]);
 }
 
 void LedHand::follow(const StepResult& result) {

@@ -167,9 +167,9 @@ TEST_SUITE("host_sim.stages") {
     const ScratchFolder folder("stages");
     write_case(folder);
     compile_in(folder, "case");
-    const ProgramResult found =
-        run_program(kSimulator, "plan " + at(folder, "case.rtscene") +
-                                    " --order --shorten-millions 50 --json -o " + at(folder, "out"));
+    const ProgramResult found = run_program(
+        kSimulator, "plan " + at(folder, "case.rtscene") +
+                        " --order --shorten-millions 50 --json -o " + at(folder, "out"));
     CAPTURE(found.err);
     CAPTURE(found.out);
     REQUIRE(found.exit_code == 0);
@@ -218,9 +218,9 @@ TEST_SUITE("host_sim.stages") {
     const std::size_t plan = text.find("2.plan");
     REQUIRE(plan != std::string::npos);
     write_text(folder.file("out/wrong.toml"), text.replace(plan, 6, "3.plan"));
-    CHECK_THROWS_AS((void)tools::compile_scene(
-                        tools::read_scene_file(folder.file("out/wrong.toml")), {}),
-                    tools::InputError);
+    CHECK_THROWS_AS(
+        (void)tools::compile_scene(tools::read_scene_file(folder.file("out/wrong.toml")), {}),
+        tools::InputError);
     const ProgramResult none =
         run_program(kSimulator, "plan " + at(folder, "out/assembly.rtscene") + " --stage 5 -o " +
                                     at(folder, "5.plan"));
@@ -244,10 +244,9 @@ TEST_SUITE("host_sim.stages") {
       text += "[[stage]]\npart = \"" + std::string(part) + "\"\nposition_m = [0, 0, 0]\n";
     write_text(folder.file("case.toml"), text);
     compile_in(folder, "case");
-    const ProgramResult result =
-        run_program(kSimulator, "plan " + at(folder, "case.rtscene") +
-                                    " --stage all --seconds 2 --shorten-millions 50 -o " +
-                                    at(folder, "plans"));
+    const ProgramResult result = run_program(
+        kSimulator, "plan " + at(folder, "case.rtscene") +
+                        " --stage all --seconds 2 --shorten-millions 50 -o " + at(folder, "plans"));
     CAPTURE(result.out);
     CAPTURE(result.err);
     CHECK(result.exit_code == 1);
@@ -259,8 +258,8 @@ TEST_SUITE("host_sim.stages") {
     write_chain(folder);
     compile_in(folder, "chain");
     const ProgramResult result =
-        run_program(kSimulator, "plan " + at(folder, "chain.rtscene") +
-                                    " --order --seconds 4 -o " + at(folder, "out"));
+        run_program(kSimulator, "plan " + at(folder, "chain.rtscene") + " --order --seconds 4 -o " +
+                                    at(folder, "out"));
     CAPTURE(result.out);
     CAPTURE(result.err);
     CHECK(result.exit_code == 1);
@@ -277,8 +276,8 @@ TEST_SUITE("host_sim.stages") {
     for (const double depth_mm : {2e-4, 2e-2}) {
       write_boxes(folder.file("floor.obj"), {{{{-50, -50, -10}, {50, 50, 0}}}});
       write_boxes(folder.file("brick.obj"), {{{{-10, -10, -depth_mm}, {10, 10, 20}}}});
-      write_text(folder.file("two.toml"), kAssemblyHead + part_text("floor", "fixed") +
-                                              part_text("brick", "hand"));
+      write_text(folder.file("two.toml"),
+                 kAssemblyHead + part_text("floor", "fixed") + part_text("brick", "hand"));
       compile_in(folder, "two");
       const ProgramResult result =
           run_program(kSimulator, "plan " + at(folder, "two.rtscene") +
@@ -293,6 +292,30 @@ TEST_SUITE("host_sim.stages") {
         CHECK(has(result.err, "'brick' and 'floor' overlap where they are assembled"));
       }
     }
+  }
+
+  TEST_CASE("parts given assembled are laid apart, though surfaces touch there") {
+    const ScratchFolder folder("stages");
+    write_case(folder);
+    std::string text = text_of_file(folder.file("case.toml"));
+    for (std::size_t k = text.find("scale_to_m"); k != std::string::npos;
+         k = text.find("scale_to_m", k + 30))
+      text.insert(k, "as = \"surface\"\n");
+    write_text(folder.file("apart.toml"), text + "[bodies]\nassembled = true\n");
+    compile_in(folder, "apart");
+    const ProgramResult found = run_program(
+        kSimulator, "plan " + at(folder, "apart.rtscene") +
+                        " --order --shorten-millions 50 --json -o " + at(folder, "out"));
+    CAPTURE(found.err);
+    CAPTURE(found.out);
+    REQUIRE(found.exit_code == 0);
+    CHECK(order_of(StageJson::parse(found.out)) ==
+          std::vector<std::string>{"block", "pin", "cover", "bar"});
+    check_proved(folder.file("out/assembly.toml"), folder.file("out"));
+    write_text(folder.file("both.toml"), text +
+                                             "[bodies]\nassembled = true\n[[stage]]\n"
+                                             "part = \"pin\"\nposition_m = [0, 0, 0]\n");
+    CHECK_THROWS_AS((void)tools::read_scene_file(folder.file("both.toml")), tools::InputError);
   }
 
   TEST_CASE("stages are refused with their line and a fix") {

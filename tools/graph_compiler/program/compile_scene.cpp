@@ -1012,12 +1012,21 @@ void compile_held(const SceneFile& scene, const CompiledParts& parts, std::size_
 
 /// The scene of the part that is held at first, against all others; and in it those of the parts
 /// that may be held, each against those that it may meet.
-CompiledScene compiled_with_parts(const SceneFile& scene, const CompileOptions& options) {
-  const CompiledParts parts(scene, options);
+CompiledScene compiled_with_parts(const SceneFile& given, const CompileOptions& options) {
+  const CompiledParts parts(given, options);
+  SceneFile scene = given;
+  std::string laid;
+  if (scene.assembled) {
+    std::vector<PartBall> balls;
+    for (std::size_t k = 0; k <= scene.statics.size(); ++k)
+      balls.push_back(ball_of(start_shape_of(parts.all()[k], numbered_part(scene, k))));
+    laid = lay_apart(scene, balls);
+  }
   check_law(scene, parts.all());
   std::vector<CompiledPart> all = parts.all();
   check_start(scene, all);
   CompiledScene result = compiled_with(scene, std::move(all), options);
+  if (!laid.empty()) result.notes.insert(result.notes.begin(), laid);
   if (!scene.has_parts()) return result;
   const SceneParameters hand = parameters_of(result);
   std::vector<DrivenRecord> driven;

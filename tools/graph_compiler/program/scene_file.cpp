@@ -556,7 +556,7 @@ void read_parts(const TomlTable& top, const std::filesystem::path& folder, Scene
 
 constexpr std::string_view kGuideKeys[] = {"plan", "pull_n", "hold_n", "let_go_m", "ramp_s"};
 
-/// Of a table that has `plan`.
+/// The guide of a table that has `plan`.
 SceneGuide read_guide(const TomlTable& t, const std::filesystem::path& folder) {
   SceneGuide guide;
   guide.plan = folder / t.path("plan").value_or("");
@@ -626,10 +626,22 @@ void read_stages(const TomlTable& top, const std::filesystem::path& folder, Scen
   }
 }
 
-/// `[bodies]`: pairs of parts that are not compiled.
-void read_never(const TomlTable& top, SceneFile& scene) {
-  const auto bodies = top.table("bodies", {"never"});
+/// `[bodies]`: pairs of parts that are not compiled, and whether parts are given assembled.
+void read_bodies(const TomlTable& top, SceneFile& scene) {
+  const auto bodies = top.table("bodies", {"never", "assembled"});
   if (!bodies) return;
+  scene.assembled = bodies->flag("assembled").value_or(false);
+  if (scene.assembled) {
+    if (top.has("stage"))
+      bodies->fail("assembled",
+                   "makes a stage of each part's pose, and [[stage]] is given too; keep one of the "
+                   "two");
+    for (const ScenePart& part : scene.statics) {
+      if (part.role != PartRole::kPlaced && part.role != PartRole::kFixed)
+        bodies->fail("assembled", "is of parts that one hand takes one after another, and '" +
+                                      part.name + "' is none; leave it out");
+    }
+  }
   scene.never = bodies->word_pairs("never");
   for (const auto& pair : scene.never) {
     for (const std::string& name : pair) {
@@ -826,7 +838,7 @@ SceneFile read_tables(const TomlTable& top, const std::string& file,
   scene.name = read_name(top);
   if (top.has("part")) {
     read_parts(top, folder, scene);
-    read_never(top, scene);
+    read_bodies(top, scene);
     read_stages(top, folder, scene);
   } else {
     if (top.has("stage"))

@@ -139,6 +139,9 @@ struct SceneFile {
   SceneBudget budget;
   std::optional<SceneGuide> guide;
   std::vector<SceneStage> stages;  ///< in the order of the assembly
+  /// The parts are given where they are in the end: these places are the goals of their stages, and
+  /// the compiler lays them beside each other.
+  bool assembled = false;
   /// Values that are hardly meant so, each a sentence with its place.
   std::vector<std::string> warnings;
 

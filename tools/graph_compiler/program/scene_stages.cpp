@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/graph_compiler/program/scene_stages.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -42,6 +46,53 @@ void require_ends(const std::string& file, const SceneView& scene, const PartPla
 }
 
 }  // namespace
+
+std::string lay_apart(SceneFile& scene, const std::vector<PartBall>& balls) {
+  constexpr double kRoom = 1.2, kApart = 2.2;  // in radii of the assembly, of the largest part
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
+  const auto middle = [](const PartBall& ball) { return Eigen::Vector3d(ball.middle_m.data()); };
+  for (const PartBall& ball : balls) {
+    low = low.cwiseMin(middle(ball) - Eigen::Vector3d::Constant(ball.radius_m));
+    high = high.cwiseMax(middle(ball) + Eigen::Vector3d::Constant(ball.radius_m));
+  }
+  const Eigen::Vector3d centre = (low + high) / 2;
+  double radius_m = 0, most_m = 0;
+  struct Laid {
+    std::size_t part;
+    double angle;
+  };
+  std::vector<Laid> laid;
+  for (std::size_t k = 0; k < balls.size(); ++k) {
+    const Eigen::Vector3d off = middle(balls[k]) - centre;
+    radius_m = std::max(radius_m, off.norm() + balls[k].radius_m);
+    if (numbered_part(scene, k).role == PartRole::kFixed) continue;
+    most_m = std::max(most_m, balls[k].radius_m);
+    laid.push_back({k, std::atan2(off.y(), off.x())});
+  }
+  std::ranges::stable_sort(laid, std::less<>{}, &Laid::angle);
+  const double each = 2 * std::numbers::pi / static_cast<double>(laid.size());
+  const double ring_m =
+      std::max(kRoom * (radius_m + most_m) + kApart * most_m,
+               laid.size() > 1 ? kApart * most_m / (2 * std::sin(each / 2)) : 0.0);
+  for (std::size_t k = 0; k <= scene.statics.size(); ++k) {
+    const ScenePart& part = numbered_part(scene, k);
+    if (part.role == PartRole::kFixed) continue;
+    scene.stages.push_back({part.name, part.position_m, part.quaternion_wxyz, std::nullopt, {}});
+  }
+  for (std::size_t slot = 0; slot < laid.size(); ++slot) {
+    const std::size_t k = laid[slot].part;
+    ScenePart& part = k == 0 ? scene.moving : scene.statics[k - 1];
+    const double angle = each * static_cast<double>(slot);
+    const Eigen::Vector3d to =
+        centre + ring_m * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);
+    for (std::size_t i = 0; i < 3; ++i)
+      part.position_m[i] += to[static_cast<int>(i)] - balls[k].middle_m[i];
+  }
+  return formatted(
+      "[bodies] assembled: %zu parts are laid on a ring of %.4g m about (%.4g, %.4g, "
+      "%.4g) m, and their places in the file are the goals of %zu stages, in its order",
+      laid.size(), ring_m, centre.x(), centre.y(), centre.z(), laid.size());
+}
 
 void add_stages(CompiledScene& compiled) {
   const SceneFile& scene = compiled.scene;

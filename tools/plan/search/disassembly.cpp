@@ -12,14 +12,17 @@
 #include "tools/common/scene_bytes.hpp"
 #include "tools/common/split_mix.hpp"
 #include "tools/plan/assembly_stages.hpp"
+#include "tools/plan/search/inside_surface.hpp"
 
 namespace haptic::tools {
 namespace {
 
 /// Ticks of the core that a search has in the first round, and how the rounds grow.
 constexpr std::uint64_t kFirstTicks = 20'000, kTicksGrow = 3;
-/// Of the search for the last part of a way, to a place that was given.
+/// Ticks of the search for the end of a way, to a place that was given.
 constexpr std::uint64_t kReachTicks = 60'000;
+/// Times that every part is looked at while they are moved apart.
+constexpr int kSettleSweeps = 100;
 /// Room between parts that lie beside the assembly, in radii of the largest.
 constexpr double kApart = 2.2;
 
@@ -134,32 +137,61 @@ class TakingApart {
     });
   }
 
-  /// Moves parts that overlap others by rounding, one after the other.
+  /// Moves parts that overlap others by rounding, each a little in turn: what lies on what was
+  /// moved is moved after it.
   void settle() {
+    const double most_m = kSettleShare * size_m_;
+    std::vector<std::optional<PlanPose>> first(parts_.count());
+    bool has_moved = true;
+    for (int sweep = 0; sweep < kSettleSweeps && has_moved; ++sweep) {
+      has_moved = false;
+      for (const AssembledPart& part : left_) {
+        if (is_settled(part.part, most_m, first[part.part])) continue;
+        has_moved = true;
+      }
+    }
     for (const AssembledPart& part : left_) {
       Candidate& of = candidate(part.part);
       double depth_m = 0;
-      const double most_m = kSettleShare * size_m_;
-      const std::optional<PlanPose> free = of.way->settled(of.at, most_m, depth_m);
-      if (!free) {
-        const std::uint32_t body = of.view.pieces()[of.way->prover().blocked().piece_b].body;
-        const std::string other =
-            body == 0 ? "another part" : name(parts_.others_of(part.part)[body - 1]);
-        throw InputError(
-            name(part.part) + " and " + other +
-            formatted(
-                " overlap where they are assembled, by %.3g m about, and no free place is "
-                "within %.3g m (%.0e of the assembly's size); give poses at which they do not, "
-                "or, of solids, [coupling] tolerance_m of the depth that counts as free",
-                depth_m, most_m, kSettleShare));
+      if (push_out(of.way->prover(), of.at, 0, depth_m)) refuse_overlap(of, depth_m, most_m);
+      if (const auto body = enclosing_body(of.view, of.at)) {
+        throw InputError(name(part.part) + " lies within the closed surface of " +
+                         name(parts_.others_of(part.part)[*body - 1]) +
+                         " where it is assembled; give other poses");
       }
-      if (*free == of.at) continue;
+      if (!first[part.part]) continue;
       const double moved_m =
-          (haptic::tools::place_of(*free) - haptic::tools::place_of(of.at)).norm();
+          (haptic::tools::place_of(of.at) - haptic::tools::place_of(*first[part.part])).norm();
       result_.settled.push_back({part.part, moved_m});
-      places_[part.part] = place_of_mesh(of.way->part().mesh_pose(*free));
-      forget();
     }
+  }
+
+  /// It is free; else it is moved by one step. `first`: where it was before it was ever moved.
+  bool is_settled(std::uint32_t part, double most_m, std::optional<PlanPose>& first) {
+    Candidate& of = candidate(part);
+    double depth_m = 0;
+    const std::optional<Vec3d> by =
+        push_out(of.way->prover(), of.at, kSettleStep * most_m, depth_m);
+    if (!by) return true;
+    const PlanPose to = plan_pose(haptic::tools::place_of(of.at) + *by, turn_of(of.at));
+    if (!first) first = of.at;
+    const Vec3d moved = haptic::tools::place_of(to) - haptic::tools::place_of(*first);
+    if (by->isZero(0) || moved.norm() > most_m) refuse_overlap(of, depth_m, most_m);
+    places_[part] = place_of_mesh(of.way->part().mesh_pose(to));
+    forget();
+    return false;
+  }
+
+  [[noreturn]] void refuse_overlap(Candidate& of, double depth_m, double most_m) {
+    const std::uint32_t part = of.stuck.part;
+    static_cast<void>(of.way->prover().is_free(of.at));
+    const std::uint32_t body = of.view.pieces()[of.way->prover().blocked().piece_b].body;
+    throw InputError(
+        name(part) + " and " + name(parts_.others_of(part)[body - 1]) +
+        formatted(" overlap where they are assembled, by %.3g m about, and no free place is within "
+                  "%.3g m (%.0e of the assembly's size); give poses at which they do not, or, of "
+                  "solids, [coupling] tolerance_m, the depth that counts as free",
+                  depth_m, most_m, kSettleShare));
   }
 
   void forget() {

@@ -22,10 +22,6 @@ namespace haptic::tools {
 
 /// Parts that are taken out, at most.
 inline constexpr std::size_t kMostTakenApart = 12;
-/// Parts may overlap in the assembly by this share of its size, as their files round; they are
-/// moved apart by no more.
-inline constexpr double kSettleShare = 1.0e-5;
-
 /// A part that is to be taken out.
 struct AssembledPart {
   std::uint32_t part = 0;         ///< its number
@@ -45,7 +41,7 @@ struct TakenPart {
   OutWay way;  ///< from the one to the other
 };
 
-/// What holds a part, as it was pushed about where it is.
+/// Something that holds a part, as it was pushed about where it is.
 struct PartHold {
   std::uint32_t other = 0;  ///< the part that holds it
   HoldingPlane plane;

@@ -28,7 +28,7 @@ struct SearchLimits {
   double seconds = 120;
   double (*clock_s)() = wall_clock_s;  ///< what the seconds are of
   std::uint64_t most_nodes = 200'000;
-  /// Of the core in this search: unlike seconds the same on any machine.
+  /// Ticks of the core in this search: unlike seconds the same on any machine.
   std::uint64_t most_ticks = std::numeric_limits<std::uint64_t>::max();
   std::uint64_t seed = 1;
 };

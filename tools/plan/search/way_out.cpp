@@ -69,21 +69,24 @@ WayOut::WayOut(const SceneView& scene, const Ball& rest, std::uint64_t seed)
       part_(scene),
       prover_(scene, plan_tolerance_m(scene)) {}
 
+std::optional<Vec3d> push_out(StepProver& prover, const PlanPose& pose, double beyond_m,
+                              double& depth_m) {
+  depth_m = 0;
+  if (prover.is_free(pose)) return std::nullopt;
+  const StepProver::Clearance least = prover.clearance(pose);
+  depth_m = std::max(-least.gap_m, 0.0);
+  return (depth_m + beyond_m) * least.normal_w;
+}
+
 std::optional<PlanPose> WayOut::settled(const PlanPose& pose, double most_m, double& depth_m) {
   PlanPose at = pose;
-  depth_m = 0;
   for (int round = 0; round < kSettleRounds; ++round) {
-    if (prover_.is_free(at)) {
-      if (enclosing_body(scene_, at)) return std::nullopt;
-      return at;
-    }
-    const StepProver::Clearance least = prover_.clearance(at);
-    if (round == 0) depth_m = -least.gap_m;
-    if (least.normal_w.isZero(0)) return std::nullopt;
-    // Out of the nearest pair, and a little beyond.
-    const double out_m = std::max(-least.gap_m, 0.0) + most_m / 64;
-    at = plan_pose(place_of(at) + out_m * least.normal_w, turn_of(at));
-    if ((place_of(at) - place_of(pose)).norm() > most_m) return std::nullopt;
+    double overlap_m = 0;
+    const std::optional<Vec3d> by = push_out(prover_, at, kSettleStep * most_m, overlap_m);
+    if (round == 0) depth_m = overlap_m;
+    if (!by) return enclosing_body(scene_, at) ? std::nullopt : std::optional(at);
+    at = plan_pose(place_of(at) + *by, turn_of(at));
+    if (by->isZero(0) || (place_of(at) - place_of(pose)).norm() > most_m) break;
   }
   return std::nullopt;
 }

@@ -27,6 +27,15 @@ struct Ball {
 [[nodiscard]] Ball ball_about(const SceneView& scene,
                               const std::function<bool(std::size_t)>& counts);
 
+/// Moves out of the pair of pieces that overlap most at a pose, and beyond; zero: nothing says
+/// where. None: the pose is free. `depth_m`: by how much they overlap, about.
+[[nodiscard]] std::optional<Vec3d> push_out(StepProver& prover, const PlanPose& pose,
+                                            double beyond_m, double& depth_m);
+
+/// Parts of an assembly may overlap by this share of its size, as their files round; they are moved
+/// apart by no more, in steps of this share of that.
+inline constexpr double kSettleShare = 1.0e-5, kSettleStep = 1.0 / 64;
+
 /// How a way out was found.
 enum class WayKind : std::uint8_t { kStraight, kCells, kSearch };
 
@@ -64,7 +73,7 @@ class WayOut {
   /// From the pose where `way` ends, which is clear, to `to`: straight, or round the rest.
   [[nodiscard]] bool go_on(OutWay& way, const PlanPose& to);
 
-  /// What held the part in the last search, as it was pushed out of where it was.
+  /// Planes that held the part in the last search, as it was pushed out of where it was.
   [[nodiscard]] const std::vector<HoldingPlane>& held_by() const { return held_by_; }
   /// The way between two given poses that were looked for by the last search.
   [[nodiscard]] const SearchState& searched() const { return searched_; }
