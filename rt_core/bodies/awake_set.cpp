@@ -97,14 +97,14 @@ void AwakeSet::configure(const JointScenes& scenes, std::span<const BodyPairScen
   for (std::uint32_t m = 0; m < count_; ++m) boxes_[m] = box_of(m);
 }
 
-void AwakeSet::begin(BodyLaw& law) noexcept {
+void AwakeSet::begin(BodyLaw& law, std::span<const GripPose> poses) noexcept {
   for (std::size_t k = 0; k < is_taken_.size(); ++k)
     if (is_taken_[k] != 0) law.close_pair(first_slot_[0] + static_cast<std::uint32_t>(k));
   std::fill(is_taken_.begin(), is_taken_.end(), std::uint8_t{0});
   std::fill(slot_of_.begin(), slot_of_.end(), kNoSlot);
   for (std::uint32_t m = 0; m < count_; ++m) {
     member_at_[m] = static_cast<std::uint8_t>(m);
-    rests_[m] = {law.pose(m), members_[m].sinks ? 0 : kRestTicks, !members_[m].sinks};
+    rests_[m] = {poses[m], members_[m].sinks ? 0 : kRestTicks, !members_[m].sinks};
   }
   is_crowded_ = false;
   clear_m_.fill(kUnbounded);

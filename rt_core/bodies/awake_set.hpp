@@ -35,8 +35,9 @@ class AwakeSet {
   void configure(const JointScenes& scenes, std::span<const BodyPairScene> slots,
                  std::span<const Member> members, Real tolerance_m) noexcept;
 
-  /// Body k is member k; nothing is known. After BodyLaw::begin with the members in their order.
-  void begin(BodyLaw& law) noexcept;
+  /// Body k is member k, at `poses`, and nothing is known; before BodyLaw::begin with the members
+  /// in their order.
+  void begin(BodyLaw& law, std::span<const GripPose> poses) noexcept;
   /// Before a tick of the law, in which the goals of what always moves go up to `ahead_m`. Cost:
   /// constant for each two of which one moves, and a reset of each pair that comes near.
   void choose(BodyLaw& law, Real ahead_m) noexcept;

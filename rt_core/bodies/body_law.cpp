@@ -107,6 +107,11 @@ void BodyLaw::begin(std::span<const GripPose> poses) noexcept {
   last_ = BodiesTick{};
 }
 
+void BodyLaw::begin(std::span<const MovingBody> bodies, std::span<const GripPose> poses) noexcept {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) bodies_[i].is = bodies[i];
+  begin(poses);
+}
+
 void BodyLaw::exchange(std::uint32_t moving, std::uint32_t resting) noexcept {
   std::swap(bodies_[moving], bodies_[resting]);
   // It is where it is, in each way that the pairs ask for that.

@@ -89,6 +89,8 @@ class BodyLaw {
 
   /// Forgets all contacts; the bodies are at `poses`, which must be free, with their goals there.
   void begin(std::span<const GripPose> poses) noexcept;
+  /// The same, in the order that they had at first.
+  void begin(std::span<const MovingBody> bodies, std::span<const GripPose> poses) noexcept;
 
   /// From the next tick on body `resting`, which must be one that rests, moves in place of body
   /// `moving`, which rests where it is: they change numbers, and their pairs follow them. Pairs of

@@ -264,8 +264,8 @@ void JointMotion::begin() noexcept {
   std::copy_n(goals_.begin(), hands(), starts_.begin());
   for (std::uint32_t m = hands(); m < scenes_.count(); ++m)
     starts_[m] = parts_->felt(scenes_.mover_of(m));
-  law_.begin(starts_);
-  if (turns_ != nullptr) turns_->begin(law_);
+  if (turns_ != nullptr) turns_->begin(law_, starts_);
+  law_.begin(bodies_, starts_);
   has_begun_ = true;
 }
 

@@ -188,13 +188,24 @@ TEST_SUITE("tools.driven_parts") {
   TEST_CASE("each part that may be held states the memory that its law takes") {
     const Pushed scene(pushed_parts());
     for (const std::uint32_t part : {0u, 3u}) {
-      const SceneView held = scene.held(part), pair = scene.pair(part);
-      JointScenes scenes;
-      scenes.of[0].held = &held;
-      scenes.of[0].meets_standing = scene.parts.meets_standing(part);
-      scenes.of[0].with[0] = &pair;
+      const SceneView held_scene = scene.held(part);
+      HeldParts held;
+      held.part[0] = part;
+      held.scene[0] = &held_scene;
+      DrivenParts movers;
+      const Pose start = pose_of(scene.parts.start_of(2));
+      movers.begin(scene.parts.driven(), std::span(&start, 1));
+      SceneBytes memory(scene.parts[part].law_bytes);
+      const std::span<std::byte> all = memory.span();
+      JointMotion* motion = nullptr;
       CHECK(scene.parts.meets_standing(part));
-      CHECK(scene.parts[part].law_bytes == JointMotion::state_bytes(scenes));
+      CHECK(JointMotion::create(all, scene.parts, held, movers, motion) == RtStatus::kOk);
+      CHECK(motion != nullptr);
+      // To the last cache line.
+      const auto less = all.first(all.size() - kLawAlignment);
+      CHECK(JointMotion::create(less, scene.parts, held, movers, motion) ==
+            RtStatus::kMemoryTooSmall);
+      CHECK(motion == nullptr);
     }
   }
 
@@ -397,7 +408,8 @@ TEST_SUITE("tools.driven_parts") {
         {with_key("table", "late_s = 0.1"), "is of a part with role = \"driven\"; leave it out"},
         {with_line(good, "role = \"driven\"", "role = \"drive\""),
          "\"driven\" for one that its owner moves"},
-        {eight, "makes 8 parts that are driven or loose; a scene has at most 7"}};
+        {eight,
+         "has 9 parts in hands or driven, which move all the time; give at most 8: make one"}};
     for (const auto& [text, words] : bad) {
       const std::string message = refusal_of(text);
       CAPTURE(message);
