@@ -5,6 +5,7 @@
 #include "tools/scene_facts/bounds_text.hpp"
 #include "tools/scene_facts/coupling_text.hpp"
 #include "tools/scene_facts/facts_text.hpp"
+#include "tools/scene_facts/parts_text.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -67,6 +68,7 @@ Json body_json(const BodyFacts& body, bool moving) {
           {"role", moving        ? "moving"
                    : body.driven ? "driven"
                                  : "static"},
+          {"part_role", body.role ? Json(role_name(*body.role)) : Json()},
           {"reference_m", body.reference_m},
           {"volume_m3", body.volume_m3},
           {"friction", body.friction},
@@ -85,6 +87,34 @@ Json body_json(const BodyFacts& body, bool moving) {
             {"piece_pairs", r.piece_pairs},
             {"separated_pairs", r.separated_pairs},
             {"overlapping", r.separated_pairs != r.piece_pairs}}}};
+}
+
+Json parts_json(const SceneFacts& facts) {
+  if (!facts.parts) return nullptr;
+  const PartsFacts& parts = *facts.parts;
+  Json pairs = Json::array();
+  for (const PartPairFacts& pair : parts.pairs) {
+    pairs.push_back({{"a", pair.a},
+                     {"b", pair.b.empty() ? Json() : Json(pair.b)},
+                     {"scene_bytes", pair.bytes},
+                     {"pairs", pair.pairs}});
+  }
+  const SceneCapacity& c = parts.bounds;
+  return {{"hands", parts.hands},
+          {"moving_at_once", parts.moving},
+          {"pairs", std::move(pairs)},
+          {"rooms", parts.rooms},
+          {"room_bytes",
+           {{"scene", parts.scene_bytes}, {"state", parts.state_bytes}, {"law", parts.law_bytes}}},
+          {"bounds",
+           {{"max_work_units", c.max_work_units},
+            {"max_list_visits", c.max_list_visits},
+            {"max_full_searches", c.max_full_searches},
+            {"max_proxy_passes", c.max_proxy_passes},
+            {"max_proxy_rounds", c.max_proxy_rounds},
+            {"max_qp_programs", c.max_qp_programs},
+            {"max_qp_rows", c.max_qp_rows},
+            {"max_qp_iterations", c.max_qp_iterations}}}};
 }
 
 Json parameters_json(const SceneParameters& p) {
@@ -210,6 +240,7 @@ Json facts_as_json(const SceneFacts& facts) {
           {"content_hash", hash_text(facts.content_hash)},
           {"scalar_bytes", facts.scalar_bytes},
           {"parts", std::move(bodies)},
+          {"moving_parts", parts_json(facts)},
           {"nodes", facts.nodes},
           {"arcs", facts.arcs},
           {"neighborhoods", neighborhoods_json(facts.types)},

@@ -6,6 +6,7 @@
 #include "tools/common/formatted.hpp"
 #include "tools/scene_facts/bounds_text.hpp"
 #include "tools/scene_facts/coupling_text.hpp"
+#include "tools/scene_facts/parts_text.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -40,9 +41,9 @@ std::string recheck_text(const BodyRecheck& r) {
 
 std::string body_text(const BodyFacts& body, std::size_t index) {
   std::string text = formatted("  %s '%s': %zu pieces, %u planes, volume %.9g m3\n",
-                               index == 0    ? "moving"
-                               : body.driven ? "driven"
-                                             : "static",
+                               index == 0  ? "moving"
+                               : body.role ? role_name(*body.role)
+                                           : "static",
                                body.name.c_str(), body.pieces.size(), body.planes, body.volume_m3);
   text += formatted("    %s (%.9g, %.9g, %.9g) m\n",
                     index == 0 ? "grip point in the mesh frame" : "reference point in W",

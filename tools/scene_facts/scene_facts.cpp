@@ -6,6 +6,8 @@
 #include "rt_core/haptic_core.hpp"
 #include "rt_core/scene/part_scenes.hpp"
 #include "tools/common/changed_scene.hpp"
+#include "tools/common/held_parts.hpp"
+#include "tools/common/movers.hpp"
 #include "tools/graph_compiler/graph/stored_graphs.hpp"
 
 namespace haptic::tools {
@@ -136,6 +138,37 @@ void add_driven(const PartScenes& parts, SceneFacts& facts) {
   }
 }
 
+PartPairFacts part_pair(const PartScenes& parts, std::uint32_t a, std::string b,
+                        std::span<const std::byte> bytes) {
+  PartPairFacts pair{std::string(parts.name(a)), std::move(b), bytes.size(), 0};
+  SceneView view;
+  if (SceneView::open(bytes, view) == RtStatus::kOk) pair.pairs = view.pair_count();
+  return pair;
+}
+
+PartsFacts parts_facts(const SceneView& view, const PartScenes& parts) {
+  PartsFacts facts;
+  facts.hands = parts.hands();
+  facts.moving = facts.hands + static_cast<std::uint32_t>(parts.driven().size());
+  facts.rooms = kMostHands;
+  facts.scene_bytes = parts.most_bytes();
+  facts.state_bytes = parts.most_state_bytes();
+  facts.law_bytes = parts.most_law_bytes();
+  for (std::uint32_t a = 0; a < parts.count(); ++a) {
+    if (!parts.scene_of(a).empty() && parts.meets_standing(a))
+      facts.pairs.push_back(part_pair(parts, a, "", parts.scene_of(a)));
+    for (std::uint32_t b = 0; b < parts.count(); ++b) {
+      const std::span<const std::byte> bytes = parts.pair_scene(a, b);
+      if (!bytes.empty())
+        facts.pairs.push_back(part_pair(parts, a, std::string(parts.name(b)), bytes));
+    }
+  }
+  std::unique_ptr<HeldParts> held;
+  if (HeldParts::open(view, held) == RtStatus::kOk && held != nullptr)
+    facts.bounds = held->hands.bounds();
+  return facts;
+}
+
 }  // namespace
 
 std::string section_name(SectionId id) {
@@ -208,7 +241,10 @@ SceneFacts facts_of(const SceneView& view) {
   for (std::uint32_t b = 0; b < view.bodies().size(); ++b) {
     const BodyRecord& record = view.bodies()[b];
     BodyFacts body;
-    if (has_parts) body.held_bytes = parts.may_be_held(b) ? parts.scene_of(b).size() : 0;
+    if (has_parts) {
+      body.role = parts[b].role;
+      body.held_bytes = parts.may_be_held(b) ? parts.scene_of(b).size() : 0;
+    }
     body.name = view.text(record.name_offset, record.name_bytes);
     std::copy(std::begin(record.reference_m), std::end(record.reference_m),
               body.reference_m.begin());
@@ -222,8 +258,10 @@ SceneFacts facts_of(const SceneView& view) {
     body.recheck = recheck_body(view, b);
     facts.bodies.push_back(std::move(body));
   }
-  facts.hands = has_parts ? parts.hands() : 0;
-  if (has_parts) add_driven(parts, facts);
+  if (has_parts) {
+    facts.parts = parts_facts(view, parts);
+    add_driven(parts, facts);
+  }
   for (const SimplifiedBody& s : view.simplified_bodies()) facts.bodies[s.body].simplified = s;
   std::vector<PieceSpread> spreads;
   for (std::uint32_t i = 0; i < view.pieces().size(); ++i) spreads.emplace_back(view.piece(i));

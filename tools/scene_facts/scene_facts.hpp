@@ -74,6 +74,25 @@ struct DrivenFacts {
   std::uint64_t scenes = 0, scene_bytes = 0;  ///< with the parts that may be held
 };
 
+/// A part and another one, or all that stands where the first one moves, that may touch: a scene of
+/// their own.
+struct PartPairFacts {
+  std::string a, b;         ///< `b` empty: all that stands
+  std::uint64_t bytes = 0;  ///< of that scene
+  PairIndex pairs = 0;      ///< of pieces
+};
+
+/// The parts of a scene that may be held, driven or loose, and their memory.
+struct PartsFacts {
+  std::uint32_t hands = 0;   ///< that hold a part at the start
+  std::uint32_t moving = 0;  ///< parts that may move in one tick: 1, one after another
+  std::vector<PartPairFacts> pairs;
+  /// For one hand two, as it goes on with the other when it takes another part; for two one each.
+  std::uint32_t rooms = 0;
+  std::uint64_t scene_bytes = 0, state_bytes = 0, law_bytes = 0;  ///< of a room; law: of all parts
+  SceneCapacity bounds{};  ///< of a tick of all that moves, with the parts that are held at first
+};
+
 struct BodyFacts {
   std::string name;
   std::array<double, 3> reference_m{0, 0, 0};
@@ -87,6 +106,7 @@ struct BodyFacts {
   /// Size of the scene in which the hand holds it, 0: it never does; absent: one part alone moves.
   std::optional<std::uint64_t> held_bytes;
   std::optional<DrivenFacts> driven;  ///< absent: no owner moves it
+  std::optional<PartRole> role;       ///< absent: one part alone moves
   /// A surface: facets, which have no volume.
   [[nodiscard]] bool is_surface() const { return !pieces.empty() && pieces.front().faces == 2; }
 };
@@ -105,8 +125,8 @@ struct SceneFacts {
   ServedSize size;         ///< lengths of law proxy
   PassivityBudget budget;  ///< of the device, if there is one
   std::vector<SectionFacts> sections;
-  std::vector<BodyFacts> bodies;  ///< body 0 moves
-  std::uint32_t hands = 0;        ///< that hold a part of several; 0: one part moves
+  std::vector<BodyFacts> bodies;    ///< body 0 moves
+  std::optional<PartsFacts> parts;  ///< absent: one part alone moves
   std::vector<PairFacts> pairs;
   std::array<NeighborhoodFacts, 3> types;  ///< over all pairs
   std::uint64_t nodes = 0, arcs = 0;

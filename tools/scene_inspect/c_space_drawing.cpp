@@ -153,9 +153,13 @@ std::string key_svg() {
   return svg;
 }
 
-std::string pair_row(const DrawnObstacle& d) {
-  return formatted("pair %llu: piece %u of the part, piece %u of ",
-                   static_cast<unsigned long long>(d.pair), d.piece_a, d.piece_b) +
+std::string axes_words(const CSpaceView& space) {
+  return space.axes.empty() ? "" : ", " + space.a + " in the axes of '" + space.axes + "'";
+}
+
+std::string pair_row(const CSpaceView& space, const DrawnObstacle& d) {
+  return formatted("pair %llu: piece %u of %s, piece %u of ",
+                   static_cast<unsigned long long>(d.pair), d.piece_a, space.a.c_str(), d.piece_b) +
          d.body +
          formatted(": %zu of %zu basic contacts applicable, %zu faces, %zu hidden; %s ",
                    d.applicable, d.contacts.size(), d.obstacle.faces.size(), d.hidden_faces,
@@ -174,8 +178,10 @@ std::string c_space_svg(const CSpaceView& space) {
   }
   const Isometric view = fitted_view(points, {kSheetMargin, kSheetTop},
                                      kSheetWidth - 2 * kSheetMargin, kSheetHeight - kSheetMargin);
-  std::string svg = seam_pattern(kSeamColour) +
-                    heading_at(kSheetMargin, 26, "C-space at one pose: " + space.scene) + key_svg();
+  std::string svg =
+      seam_pattern(kSeamColour) +
+      heading_at(kSheetMargin, 26, "C-space at one pose: " + space.scene + axes_words(space)) +
+      key_svg();
   const std::vector<Painted> faces = painted_faces(space, view);
   const auto first_clear =
       std::ranges::find_if(faces, [](const Painted& face) { return face.clear; });
@@ -187,12 +193,12 @@ std::string c_space_svg(const CSpaceView& space) {
       "<circle class=\"point\" cx=\"%.1f\" cy=\"%.1f\" r=\"5\" fill=\"#c2187f\" stroke=\"#fff\" "
       "stroke-width=\"1.5\"/>\n",
       point.x, point.y);
-  svg += text_at(point.x + 9, point.y + 5, "the part", "start", 13,
+  svg += text_at(point.x + 9, point.y + 5, space.a, "start", 13,
                  "font-weight=\"bold\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\"");
   svg += scale_svg(view, {kSheetMargin, kSheetTop + kSheetHeight - 4}, kSheetWidth / 8);
   double y = kSheetTop + kSheetHeight + 24;
   for (const DrawnObstacle& drawn : space.obstacles) {
-    svg += text_at(kSheetMargin, y, pair_row(drawn), "start", 12);
+    svg += text_at(kSheetMargin, y, pair_row(space, drawn), "start", 12);
     y += kSheetRow;
   }
   const std::size_t left_out = space.pairs - space.obstacles.size();
@@ -204,8 +210,9 @@ std::string c_space_svg(const CSpaceView& space) {
 }
 
 std::string c_space_obj(const CSpaceView& space, const std::string& material_file) {
-  std::string text = "# C-obstacles of a compiled scene at one pose, in W; metres.\nmtllib " +
-                     material_file + "\n";
+  std::string text = "# C-obstacles of a compiled scene at one pose, in " +
+                     (space.axes.empty() ? std::string("W") : "the axes of " + space.axes) +
+                     "; metres.\nmtllib " + material_file + "\n";
   append_line(text, "o the_part\nv %.9g %.9g %.9g\np 1", space.point[0], space.point[1],
               space.point[2]);
   std::size_t vertices = 1;

@@ -99,19 +99,20 @@ std::string c_space_csv(const CSpaceView& space) {
 }
 
 std::string c_space_text(const CSpaceView& space) {
-  std::string text =
-      formatted("C-space at the point %.6g, %.6g, %.6g m: %zu of %zu pairs drawn", space.point[0],
-                space.point[1], space.point[2], space.obstacles.size(), space.pairs);
+  std::string text = formatted("C-space at the point %.6g, %.6g, %.6g m", space.point[0],
+                               space.point[1], space.point[2]);
+  if (!space.axes.empty()) text += " in the axes of '" + space.axes + "'";
+  text += formatted(": %zu of %zu pairs drawn", space.obstacles.size(), space.pairs);
   if (space.too_large > 0)
     text += formatted("; %zu have more than %u basic contacts", space.too_large, kMostContacts);
   text += "\n";
   for (const DrawnObstacle& d : space.obstacles) {
     append_line(text,
-                "  pair %llu: piece %u of the part, piece %u of '%s': %zu of %zu basic contacts "
+                "  pair %llu: piece %u of %s, piece %u of '%s': %zu of %zu basic contacts "
                 "applicable, in %zu faces, %zu of them hidden; %s %.6g mm",
-                static_cast<unsigned long long>(d.pair), d.piece_a, d.piece_b, d.body.c_str(),
-                d.applicable, d.contacts.size(), d.obstacle.faces.size(), d.hidden_faces,
-                d.distance_m < 0 ? "overlap" : "largest plane distance",
+                static_cast<unsigned long long>(d.pair), d.piece_a, space.a.c_str(), d.piece_b,
+                d.body.c_str(), d.applicable, d.contacts.size(), d.obstacle.faces.size(),
+                d.hidden_faces, d.distance_m < 0 ? "overlap" : "largest plane distance",
                 1e3 * std::abs(d.distance_m));
   }
   return text;

@@ -39,6 +39,8 @@ struct DrawnObstacle {
 
 struct CSpaceView {
   std::string scene;
+  std::string a = "the part";  ///< what is the point
+  std::string axes;            ///< the part in whose mesh frame all is; empty: W
   Pose pose_wa;
   Vector point{0, 0, 0};                 ///< the grip point in W, which stands for the part
   std::vector<DrawnObstacle> obstacles;  ///< nearest first

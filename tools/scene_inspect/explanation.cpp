@@ -10,6 +10,7 @@
 #include "tools/scene_facts/bounds_text.hpp"
 #include "tools/scene_facts/coupling_text.hpp"
 #include "tools/scene_facts/facts_text.hpp"
+#include "tools/scene_facts/parts_text.hpp"
 #include "tools/scene_inspect/certificates.hpp"
 
 namespace haptic::tools {
@@ -284,16 +285,29 @@ std::string simplified_sentence(const BodyFacts& body) {
   return text + ", the volume changed by " + short_number(1e6 * s.volume_change_m3, 4) + " cm3. ";
 }
 
+const char* motion_sentence_of(const BodyFacts& body, std::size_t index) {
+  if (index == 0) return "moves with the hand. ";
+  switch (body.role.value_or(PartRole::kFixed)) {
+    case PartRole::kHand2:
+      return "moves with the second hand. ";
+    case PartRole::kDriven:
+      return "moves as its owner has it, and pushes the part in the hand. ";
+    case PartRole::kLoose:
+      return "is loose: it stays where what moves has pushed it. ";
+    case PartRole::kPlaced:
+      return "stands until the hand holds it, and where it is then let go. ";
+    case PartRole::kFixed:
+    case PartRole::kHand:
+      break;
+  }
+  return "stands still. ";
+}
+
 /// `first_piece` of the body within the scene.
 std::string body_sentences(const Inspection& inspection, std::size_t index,
                            std::size_t first_piece) {
   const BodyFacts& body = inspection.facts.bodies[index];
-  std::string text = "'" + body.name + "' " +
-                     (index == 0 ? "moves with the hand. "
-                      : body.held_bytes.value_or(0) > 0
-                          ? "stands until the hand holds it, and where it is then let go. "
-                      : body.driven ? "moves as its owner has it, and pushes the part in the hand. "
-                                    : "stands still. ");
+  std::string text = "'" + body.name + "' " + motion_sentence_of(body, index);
   const std::size_t pieces = body.pieces.size();
   if (body.is_surface()) {
     return text + "It is a surface of " + counted(pieces, "flat facet") + " in " +
@@ -352,6 +366,11 @@ std::string tick_cost(const SceneFacts& facts) {
           " basic contacts near. Steady motion needs a small part of it; seconds are for the "
           "machine to tell (host_sim wcet).",
       2);
+  if (facts.parts && facts.parts->moving > 1)
+    text += wrapped("These are of '" + facts.bodies[0].name +
+                        "' alone among what stands. What moves at once has bounds of its own, "
+                        "above; 'host_lab bodies-fuzz --scene' counts its ticks.",
+                    2);
   return text + bounds_as_text(facts);
 }
 
@@ -365,6 +384,7 @@ std::string explanation(const Inspection& inspection, const BudgetLimits& limits
   std::string text = "scene '" + facts.name + "': " + grouped(facts.bytes) + " bytes, " +
                      (facts.scalar_bytes == 8 ? "double" : "float") + " numbers\n\n";
   text += "Contents\n" + contents(inspection) + "\n";
+  if (facts.parts) text += "Parts\n" + parts_as_text(facts) + "\n";
   text += "Proved again from these bytes alone\n" + certificates_as_text(certificates) + "\n";
   text += "Cost of a tick\n" + tick_cost(facts) + "\n";
   text += "Left out, and the saving\n" + left_out_as_text(inspection) + "\n";

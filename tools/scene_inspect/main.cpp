@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// scene_inspect SCENE.rtscene [--json] [--explode DIR] [--cspace POSE --cspace-dir DIR] [--plan
-/// P]: what is in a compiled scene, is it sound, what does it cost; its C-obstacles at a pose;
-/// whether a plan holds.
+/// scene_inspect SCENE.rtscene [--json] [--explode DIR] [--cspace POSE --cspace-dir DIR [--pair
+/// A,B]] [--plan P]: what is in a compiled scene, is it sound, what does it cost; its C-obstacles
+/// at a pose; whether a plan holds.
 #include <CLI/App.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -21,12 +21,13 @@
 #include "tools/scene_inspect/damage_place.hpp"
 #include "tools/scene_inspect/explanation.hpp"
 #include "tools/scene_inspect/exploded_view.hpp"
+#include "tools/scene_inspect/part_pair.hpp"
 
 namespace haptic::tools {
 namespace {
 
 struct Arguments {
-  std::string scene, budget, explode, cspace, cspace_folder, plan;
+  std::string scene, budget, explode, cspace, cspace_folder, plan, pair, other = "start";
   double explode_factor = 0.6;
   bool json = false, brief = false;
 };
@@ -92,7 +93,15 @@ void write_c_space(const CSpaceView& space, const std::string& out) {
 
 /// The drawing alone: no proof is repeated.
 int draw_c_space(const Arguments& arguments, const SceneView& view) {
-  const CSpaceView space = c_space_view(view, pose_from_text(view, "--cspace", arguments.cspace));
+  CSpaceView space;
+  if (arguments.pair.empty()) {
+    space = c_space_view(view, pose_from_text(view, "--cspace", arguments.cspace));
+  } else {
+    const PartPair pair = part_pair_of(view, arguments.pair, arguments.cspace, arguments.other);
+    space = c_space_view(pair.view, pair.a_seen_from_b);
+    space.a = "'" + pair.a + "'";
+    space.axes = pair.b;
+  }
   claim_folder(arguments.cspace_folder, "--cspace-dir",
                {"cspace.svg", "cspace.obj", "cspace.mtl", "cspace.csv"});
   write_c_space(space, arguments.cspace_folder);
@@ -199,6 +208,14 @@ int main(int argc, char** argv) {
                      "folder for it: cspace.svg, cspace.obj, cspace.mtl, cspace.csv")
           ->needs(cspace);
   cspace->needs(folder);
+  CLI::Option* pair =
+      app.add_option("--pair", arguments.pair,
+                     "for it two parts that both move, such as peg,socket: the pose is that of the "
+                     "first, and all is drawn in the axes of the one that the law takes for "
+                     "standing")
+          ->needs(cspace);
+  app.add_option("--other", arguments.other, "pose of the second part; default: start")
+      ->needs(pair);
   app.add_option("--plan", arguments.plan,
                  "prove this plan of host_sim plan again, and nothing else")
       ->excludes(cspace)

@@ -315,7 +315,8 @@ std::string held_line(const SceneFacts& facts) {
     names += (count++ > 0 ? ", " : "") + body.name;
   }
   if (count <= 1) return "";
-  if (facts.hands > 1) return "held         one by each of two hands: " + names + "\n";
+  if (facts.parts && facts.parts->hands > 1)
+    return "held         one by each of two hands: " + names + "\n";
   return "held         one after another, " + grouped(count) + " parts: " + names + "\n";
 }
 
