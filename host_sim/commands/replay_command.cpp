@@ -17,6 +17,7 @@
 #include "host_sim/session/contact_reference.hpp"
 #include "host_sim/session/counters_check.hpp"
 #include "host_sim/session/drive_tape.hpp"
+#include "host_sim/session/moving_parts.hpp"
 #include "host_sim/session/replay.hpp"
 #include "host_sim/session/replay_plot.hpp"
 #include "host_sim/session/replay_summary.hpp"
@@ -74,6 +75,13 @@ void require_goal_contact(const CoreSession& session, const std::string& scene,
 int do_replay(const ReplayArguments& o) {
   tools::require_svg_name(o.plot, "--plot");
   CoreSession session(o.scene);
+  const auto require_one = [&](bool asked, const char* option, const std::string& fix) {
+    if (asked) require_one_moving_part(session, o.scene, std::string("replay ") + option, fix);
+  };
+  require_one(o.check, "--check", kJudgeBodies);
+  require_one(o.literal, "--literal", "leave it out");
+  require_one(!o.contacts.empty(), "--contacts", "leave it out");
+  require_one(!o.reference.empty(), "--reference", "leave it out");
   if (o.check) require_goal_contact(session, o.scene, "--check");
   if (!o.reference.empty()) require_goal_contact(session, o.scene, "--reference");
   const std::vector<MotionSample> motion = read_played_motion(o.motion);

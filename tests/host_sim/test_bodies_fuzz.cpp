@@ -141,6 +141,12 @@ TEST_SUITE("host_sim.bodies_fuzz") {
     CHECK(t.deep + t.springs == 0);
   }
 
+  TEST_CASE("a tick with more units of work than its bound is found") {
+    const BodiesTotals t = totals_with(BodiesFault::kBound, "hands", 500, 5);
+    CHECK(t.over > 100);
+    CHECK(t.failed() == t.over);
+  }
+
   TEST_CASE("a body that moves by itself raises the energy and does not stop") {
     const BodiesTotals t = totals_with(BodiesFault::kRestless, "hands", 2000, 5);
     CHECK(t.rises > 100);

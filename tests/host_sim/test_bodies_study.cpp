@@ -10,6 +10,7 @@
 
 #include "host_sim/lab/bodies_study/bodies_study.hpp"
 #include "host_sim/lab/bodies_study/cost_cases.hpp"
+#include "host_sim/lab/bodies_study/peer_run.hpp"
 #include "tests/support/program_run.hpp"
 
 using namespace haptic;
@@ -67,6 +68,24 @@ TEST_SUITE("host_sim.bodies_study") {
     CHECK(figure_of(study.rows[1], "units_ratio") == 1);
     CHECK(figure_of(study.rows[2], "units_ratio") > 1);
     CHECK(std::isnan(figure_of(study.rows[1], "instructions_mean")));  // not asked for
+  }
+
+  TEST_CASE("size: no tick is over its bound, and the judge finds how deep MuJoCo is") {
+    const BodiesStudy study = short_study("size");
+    INFO(bodies_study_end(std::span(&study, 1)).said);
+    const std::size_t ways = bodies_peer_ways().size();
+    REQUIRE(study.rows.size() == 8 * (1 + ways));
+    CHECK(study.missed() == 0);
+    for (std::size_t k = 0; k < study.rows.size(); ++k) {
+      INFO(study.rows[k].name);
+      const bool is_law = k % (1 + ways) == 0;
+      const bool touches = figure_of(study.rows[k], "contacts") > 0;
+      const double depth_um = figure_of(study.rows[k], "depth_um");
+      CHECK(depth_um >= 0);
+      if (is_law && touches) CHECK(figure_of(study.rows[k], "units_largest") > 0);
+      if (is_law || !touches) CHECK(depth_um < 0.2);
+      if (!is_law && touches) CHECK(depth_um > 1);
+    }
   }
 
   TEST_CASE("a certificate that is too generous misses the bound of the overlap") {

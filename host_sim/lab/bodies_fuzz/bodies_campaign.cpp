@@ -7,7 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "host_sim/lab/bodies_fuzz/bodies_cases.hpp"
+#include "host_sim/lab/bodies_fuzz/bodies_of_file.hpp"
 #include "host_sim/lab/bodies_fuzz/bodies_run.hpp"
+#include "host_sim/lab/bodies_fuzz/hands_run.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "tools/common/error.hpp"
 
@@ -48,6 +50,16 @@ std::string csv_of(const BodiesFuzzResult& result) {
   return table.csv();
 }
 
+/// In the order of the rows.
+std::vector<std::pair<std::string, BodiesTotals>> totals_by_case(const BodiesFuzzResult& result) {
+  std::vector<std::pair<std::string, BodiesTotals>> cases;
+  for (const BodiesFuzzRow& row : result.rows) {
+    if (cases.empty() || cases.back().first != row.of_case) cases.push_back({row.of_case, {}});
+    cases.back().second.add(row.totals);
+  }
+  return cases;
+}
+
 nlohmann::ordered_json json_of(const BodiesFuzzResult& result) {
   const BodiesTotals t = result.totals();
   nlohmann::ordered_json j;
@@ -65,6 +77,10 @@ nlohmann::ordered_json json_of(const BodiesFuzzResult& result) {
   j["largest_rest_residual_n"] = static_cast<double>(t.largest_rest_n);
   j["largest_lag_m"] = static_cast<double>(t.largest_lag_m);
   for (const auto& [name, count] : counts_of(kBodiesFigures, t)) j[name] = count;
+  for (const auto& [name, of] : totals_by_case(result)) {
+    j["largest_ticks"][name] = {
+        {"units", of.peak_units}, {"bound", of.units_bound}, {"ns", of.peak_ns}};
+  }
   j["failures"] = t.failures.lines();
   return j;
 }
@@ -78,15 +94,15 @@ std::string share_text(std::uint64_t part, std::uint64_t whole) {
 std::string bodies_table(const BodiesFuzzResult& result) {
   ReportTable table(
       "case,scene,friction,ticks,held,worst gap,on the way,largest lag um,rejected,limited,"
-      "longest arrival,peak units,peak rows,failures");
+      "longest arrival,peak units,their bound,peak rows,failures");
   for (const BodiesFuzzRow& row : result.rows) {
     const BodiesTotals& t = row.totals;
     if (t.ticks == 0) continue;
     table.add({row.of_case, row.scene, number_text(widen(row.friction)), t.ticks,
                share_text(t.held, t.ticks), number_text(t.worst_gap_m), number_text(t.worst_way_m),
                number_text(t.largest_lag_m * 1e6L), share_text(t.rejected_ticks, t.ticks),
-               share_text(t.limited_ticks, t.ticks), t.longest_arrival, t.peak_units, t.peak_rows,
-               t.failed()});
+               share_text(t.limited_ticks, t.ticks), t.longest_arrival, t.peak_units, t.units_bound,
+               t.peak_rows, t.failed()});
   }
   return table.markdown();
 }
@@ -95,15 +111,24 @@ std::string bodies_table(const BodiesFuzzResult& result) {
 
 BodiesFuzzResult run_bodies_fuzz(const BodiesFuzzSize& size, const RunOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  const std::vector<BodiesScene> scenes = bodies_scenes(size.cases);
-  const std::size_t frictions = size.frictions.size();
+  // The scenes of a file are compiled already.
+  std::optional<CompiledBodies> of_file;
+  std::vector<double> file_friction;
+  if (!size.scene.empty()) {
+    of_file = bodies_of_file(size.scene);
+    file_friction = {friction_of(*of_file)};
+  }
+  const std::vector<BodiesScene> scenes =
+      of_file ? std::vector{of_file->scene} : bodies_scenes(size.cases);
+  const std::vector<double>& used = of_file ? file_friction : size.frictions;
+  const std::size_t frictions = used.size();
   double shares = 0;
   for (const BodiesScene& scene : scenes) shares += scene.share;
   const double per_share =
       static_cast<double>(size.ticks) / (shares * static_cast<double>(frictions));
   Campaign<BodiesFuzzRow> campaign;
   for (const BodiesScene& scene : scenes) {
-    for (const double friction : size.frictions) {
+    for (const double friction : used) {
       campaign.add({scene.of_case, scene.name, friction, 0, {}}, per_share * scene.share,
                    kBodiesRunTicks);
     }
@@ -120,7 +145,8 @@ BodiesFuzzResult run_bodies_fuzz(const BodiesFuzzSize& size, const RunOptions& o
       compiled.size(), {options.threads, false}, "scenes", [] { return 0; },
       [&](int, std::size_t row) {
         if (!wanted(row)) return;
-        compiled[row] = compiled_bodies(scenes[row / frictions], size.frictions[row % frictions]);
+        compiled[row] =
+            of_file ? *of_file : compiled_bodies(scenes[row / frictions], used[row % frictions]);
         campaign.rows[row].pairs = compiled[row].pairs.size();
       });
   campaign.run<BodiesRun>(
@@ -134,7 +160,10 @@ BodiesFuzzResult run_bodies_fuzz(const BodiesFuzzSize& size, const RunOptions& o
               row.of_case + ": " + row.scene + ", friction " + number_text(widen(row.friction)),
               size.work_units, size.fault);
         }
-        return run->run(shard.count, size.seed, number);
+        BodiesTotals totals = run->run(shard.count, size.seed, number);
+        if (of_file)
+          totals.add(run_hands(size.scene, *of_file, shard.count, size.seed, number, size.fault));
+        return totals;
       });
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   return {size, std::move(campaign.rows), elapsed.count()};
@@ -177,9 +206,19 @@ CampaignEnd bodies_fuzz_end(const BodiesFuzzResult& result) {
       "budget in %llu; arrived %llu ticks after the goals at most; a driver lagged by %.4Lg um\n",
       number(t.rejected_ticks), number(t.longest_rejected), number(t.limited_ticks),
       number(t.spent_ticks), number(t.longest_arrival), t.largest_lag_m * 1e6L);
+  if (t.hand_ticks > 0) {
+    said += tools::formatted("the hands of the scene, as its programs move them: %llu ticks\n",
+                             number(t.hand_ticks));
+  }
   said += tools::formatted("peaks: units %llu, rows %llu, rounds %llu, program steps %llu\n",
                            number(t.peak_units), number(t.peak_rows), number(t.peak_rounds),
                            number(t.peak_steps));
+  for (const auto& [name, of] : totals_by_case(result)) {
+    if (of.ticks == 0) continue;
+    said += tools::formatted("%s: largest tick %llu units, bound %llu; by the clock %.1f us\n",
+                             name.c_str(), number(of.peak_units), number(of.units_bound),
+                             1e-3 * static_cast<double>(of.peak_ns));
+  }
   said += failure_lines(t.failures);
   said += t.failed() == 0 ? "all right\n" : "NOT all right\n";
   return {said,

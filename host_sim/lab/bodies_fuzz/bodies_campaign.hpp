@@ -24,6 +24,7 @@ struct BodiesFuzzSize {
   std::uint32_t work_units = 0;       ///< budget of a tick; 0: none
   std::optional<std::uint64_t> only;  ///< the run of this number alone, as a failure names it
   std::optional<BodiesFault> fault;
+  std::string scene;  ///< a compiled scene in place of the cases; empty: none
 };
 
 struct BodiesFuzzRow {

@@ -119,6 +119,14 @@ void BodiesRun::note_work(const Tick& tick, BodiesTotals& totals) {
   const auto raise = [](std::uint64_t& peak, std::uint64_t value) { peak = std::max(peak, value); };
   raise(totals.longest_rejected, rejected_);
   raise(totals.peak_units, told.work.units());
+  raise(totals.peak_ns, tick.ns);
+  const std::uint64_t bound = fault_ == BodiesFault::kBound ? 0 : session_.units_bound();
+  raise(totals.units_bound, bound);
+  if (told.work.units() > bound) {
+    fail(tick, "over its bound",
+         std::to_string(told.work.units()) + " units of " + std::to_string(bound), totals.over,
+         totals);
+  }
   raise(totals.peak_rows, told.work.rows);
   raise(totals.peak_rounds, told.work.rounds);
   raise(totals.peak_steps, told.work.qp_steps);
@@ -128,6 +136,7 @@ void BodiesRun::note_work(const Tick& tick, BodiesTotals& totals) {
 bool BodiesRun::moves(const Tick& tick) const {
   const ProxyScale& scale = session_.scale();
   for (std::size_t k = 0; k < scene_.bodies.size(); ++k) {
+    if (scene_.bodies[k].sink_m > 0) continue;  // as long as nothing holds it
     const WideError way = wide_error(tick.after[k], tick.before[k]);
     if (norm(way.translation_m) > widen(scale.last_m) ||
         norm(way.rotation_rad) > widen(scale.last_rad)) {

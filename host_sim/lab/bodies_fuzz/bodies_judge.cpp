@@ -145,7 +145,12 @@ BodiesJudge::BodiesJudge(const CompiledBodies& compiled) : compiled_(compiled) {
   allowed_m_ = tolerance_m_ + kPoseRoundings * widen(std::numeric_limits<Real>::epsilon()) *
                                   (widen(scene.felt_radius_m()) + extent_m_);
   for (const CompiledBodyPair& pair : compiled.pairs) {
-    const std::size_t b = pair.b == kFuzzStanding ? scene.bodies.size() : pair.b;
+    std::size_t b = pair.b == kFuzzStanding ? scene.bodies.size() : pair.b;
+    if (pair.standing) {
+      b = bodies_.size();
+      bodies_.push_back(judged(pair.standing->pieces, pair.standing->triangles()));
+      has_surfaces_ = has_surfaces_ || pair.standing->is_surface();
+    }
     pairs_.emplace_back(bodies_[pair.a], bodies_[b], tolerance_m_, allowed_m_);
   }
 }

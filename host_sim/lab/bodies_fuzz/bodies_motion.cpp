@@ -13,6 +13,9 @@ constexpr double kFastest_m_per_s = 0.5, kHandFastest_rad_per_s = 5, kDriverFast
 constexpr double kSlowestWave_hz = 0.2, kFastestWave_hz = 1.5;
 /// Speed of the way from the start to the track, while the track goes on.
 constexpr double kSettling_m_per_s = 0.15, kSettling_rad_per_s = 1.5, kShortestSettling_s = 0.2;
+/// Shares of the stated speed of a goal: both together, the second at 1.5 times its mean, keep to
+/// it.
+constexpr double kTrackShare = 0.5, kSettlingShare = 0.3;
 constexpr double kTremor_m = 5e-5, kTremor_rad = 2e-3, kSlowTremor_hz = 8, kFastTremor_hz = 12;
 constexpr std::uint32_t kRestTicks = 100;
 /// One tick of so many begins a rest of a body, and of all.
@@ -34,7 +37,7 @@ BodyPlace carried_by(const BodyPlace& carrier, const BodyPlace& place) {
 
 BodyTrack::BodyTrack(const BodyRange& range, double fastest_m_per_s, double fastest_rad_per_s,
                      Seeded& random)
-    : home_(range.home) {
+    : home_(range.home), turned_(range.turn) {
   // Every run is fast or slow on its own: the bound holds where all sines are in phase.
   const double share = random.uniform(0.2, 1);
   const auto draw = [&](std::array<Sum, 3>& sums, const Vector& reach, double fastest) {
@@ -72,7 +75,7 @@ BodyPlace BodyTrack::at(double t_s) const {
     }
     return v;
   };
-  return {home_ + value(way_), turn_by(value(turn_))};
+  return {home_ + value(way_), turn_by(value(turn_)) * turned_};
 }
 
 BodiesMotion::BodiesMotion(const BodiesScene& scene, std::span<const BodyPlace> starts,
@@ -81,8 +84,12 @@ BodiesMotion::BodiesMotion(const BodiesScene& scene, std::span<const BodyPlace> 
   for (std::size_t k = 0; k < scene.bodies.size(); ++k) {
     const FuzzBody& body = scene.bodies[k];
     const bool drives = body.role == BodyRole::kDriver;
-    Mover mover{BodyTrack(body.range, kFastest_m_per_s,
-                          drives ? kDriverFastest_rad_per_s : kHandFastest_rad_per_s, random_),
+    const double fastest_rad_per_s = drives ? kDriverFastest_rad_per_s : kHandFastest_rad_per_s;
+    const auto part_of = [](double share, double own, double common) {
+      return own > 0 ? std::min(share * own, common) : common;
+    };
+    Mover mover{BodyTrack(body.range, part_of(kTrackShare, body.fastest_m_per_s, kFastest_m_per_s),
+                          part_of(kTrackShare, body.fastest_rad_per_s, fastest_rad_per_s), random_),
                 {},
                 {},
                 {},
@@ -105,8 +112,10 @@ BodiesMotion::BodiesMotion(const BodiesScene& scene, std::span<const BodyPlace> 
     const BodyPlace first = mover.track.at(0);
     mover.offset = {start.p - first.p, (start.q * first.q.conjugate()).normalized()};
     const double turn_rad = mover.offset.q.angularDistance(Rotation::Identity());
-    mover.settle_s = std::max({kShortestSettling_s, mover.offset.p.norm() / kSettling_m_per_s,
-                               turn_rad / kSettling_rad_per_s});
+    mover.settle_s = std::max(
+        {kShortestSettling_s,
+         mover.offset.p.norm() / part_of(kSettlingShare, body.fastest_m_per_s, kSettling_m_per_s),
+         turn_rad / part_of(kSettlingShare, body.fastest_rad_per_s, kSettling_rad_per_s)});
     movers_.push_back(std::move(mover));
   }
 }

@@ -35,6 +35,7 @@ class BodyTrack {
   static constexpr std::size_t kWaves = 3;
   using Sum = std::array<Wave, kWaves>;
   Vector home_;
+  Rotation turned_;
   std::array<Sum, 3> way_, turn_;
 };
 

@@ -2,6 +2,7 @@
 #include "host_sim/lab/bodies_fuzz/bodies_run.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "host_sim/report/shard_run.hpp"
@@ -40,13 +41,14 @@ GripPose as_grip_pose(const BodyPlace& place) { return grip_pose_at(place.p, pla
 void BodiesTotals::add(const BodiesTotals& other) {
   using T = BodiesTotals;
   for (const auto field :
-       {&T::ticks, &T::held, &T::deep, &T::dips, &T::rises, &T::springs, &T::sums, &T::unbalanced,
-        &T::stuck, &T::recoveries, &T::infinite, &T::ways, &T::summed, &T::rests,
-        &T::rejected_ticks, &T::limited_ticks, &T::spent_ticks}) {
+       {&T::ticks,   &T::held,     &T::deep,           &T::dips,          &T::rises,
+        &T::springs, &T::sums,     &T::unbalanced,     &T::stuck,         &T::recoveries,
+        &T::over,    &T::infinite, &T::hand_ticks,     &T::refused,       &T::ways,
+        &T::summed,  &T::rests,    &T::rejected_ticks, &T::limited_ticks, &T::spent_ticks}) {
     this->*field += other.*field;
   }
   for (const auto field : {&T::longest_rejected, &T::longest_arrival, &T::peak_units, &T::peak_rows,
-                           &T::peak_rounds, &T::peak_steps}) {
+                           &T::peak_rounds, &T::peak_steps, &T::units_bound, &T::peak_ns}) {
     this->*field = std::max(this->*field, other.*field);
   }
   for (const auto field : {&T::worst_gap_m, &T::worst_way_m}) {
@@ -86,13 +88,22 @@ std::vector<BodyPlace> BodiesRun::draw_starts(Seeded& random) {
     BodyPlace place;
     for (int i = 0; i < 3; ++i)
       place.p[i] = range.home[i] + random.uniform(-range.reach_m[i], range.reach_m[i]);
-    place.q = Rotation(
-        Eigen::AngleAxisd(random.uniform(-range.tilt_rad, range.tilt_rad), random.direction()));
+    place.q = Rotation(Eigen::AngleAxisd(random.uniform(-range.tilt_rad, range.tilt_rad),
+                                         random.direction())) *
+              range.turn;
     return place;
   };
   const auto put_at_start = [&](std::size_t body) {
-    return put(body, {scene_.bodies[body].start, Rotation::Identity()});
+    return put(body, {scene_.bodies[body].start, scene_.bodies[body].start_turn});
   };
+  if (scene_.keeps_starts) {
+    for (std::size_t body = 0; body < places.size(); ++body) static_cast<void>(put_at_start(body));
+    const Wide allowed_m = judge_.allowed_depth_m();
+    const BodiesJudge::PairGap found = judge_.end_gap(poses, -allowed_m);
+    if (found.gap_m >= -allowed_m) return places;
+    throw tools::InputError(scene_.name + ": " + judge_.name_of(found.pair) +
+                            " start in each other; compile the scene again");
+  }
   std::size_t placed = 0;
   for (; placed < places.size(); ++placed) {
     int trials = kStartTrials;
@@ -125,7 +136,10 @@ BodiesTotals BodiesRun::run(std::uint64_t ticks, std::uint64_t seed, std::uint64
     if (t < ticks) std::ranges::transform(motion.next(), tick.goals.begin(), as_grip_pose);
     tick.before = tick.after;
     tick.goals_before = tick.wide_goals;
+    const auto start = std::chrono::steady_clock::now();
     tick.told = session_.tick(tick.goals);
+    tick.ns = static_cast<std::uint64_t>(
+        std::chrono::nanoseconds(std::chrono::steady_clock::now() - start).count());
     ++totals.ticks;
     if (!is_finite_tick(tick)) {
       fail(tick, "not finite", "", totals.infinite, totals);

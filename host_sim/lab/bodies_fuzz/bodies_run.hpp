@@ -30,7 +30,7 @@ class BodiesRun {
  private:
   /// One tick, with the poses in long double.
   struct Tick {
-    std::uint64_t number = 0;
+    std::uint64_t number = 0, ns = 0;
     BodiesTick told;
     std::vector<GripPose> goals;
     std::vector<WidePose> before, after, wide_goals, goals_before;

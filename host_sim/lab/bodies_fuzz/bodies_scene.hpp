@@ -6,11 +6,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "host_sim/lab/surface_fuzz/fuzz_meshes.hpp"
 #include "host_sim/shapes/shapes.hpp"
+#include "rt_core/bodies/body_law.hpp"
 
 namespace haptic::sim {
 
@@ -30,6 +32,7 @@ struct BodyRange {
   /// Number of an earlier body that carries all of this and the start too: they are seen from its
   /// goal, and from its start.
   std::size_t carrier = kNoCarrier;
+  Rotation turn = Rotation::Identity();  ///< of the home
 };
 
 struct FuzzBody {
@@ -38,7 +41,12 @@ struct FuzzBody {
   std::vector<Solid> pieces;  ///< empty: a surface
   FuzzMesh surface;
   BodyRange range;
-  Vector start = Vector::Zero();  ///< upright
+  Vector start = Vector::Zero();
+  Rotation start_turn = Rotation::Identity();
+  std::optional<MovingBody> is;  ///< for the law, of a body that is not of the campaign's own
+  double yield_n = 0.5;          ///< of a loose part: force that its anchor holds
+  double sink_m = 0;             ///< > 0: by its weight it sinks by this in a tick, at most
+  double fastest_m_per_s = 0, fastest_rad_per_s = 0;  ///< of its goal; 0: the campaign's
 
   [[nodiscard]] bool is_surface() const { return pieces.empty(); }
   /// Every vertex lies within it of the origin.
@@ -59,6 +67,10 @@ struct BodiesScene {
   std::vector<Solid> standing;  ///< in W; a driver goes through it
   double share = 1;             ///< of the ticks; less where they take longer
   DriverSpring driver;
+  // For a scene that is not the campaign's own:
+  std::optional<ProxyScale> scale;
+  std::uint32_t passes = 0, work_units = 0;  ///< of a tick; 0: the law's default, no budget
+  bool keeps_starts = false;                 ///< every run begins at the starts of the bodies
 
   /// No coordinate of a body or of what stands is larger, but for drags.
   [[nodiscard]] double extent_m() const;
@@ -73,6 +85,8 @@ inline constexpr std::size_t kFuzzStanding = SIZE_MAX;
 struct CompiledBodyPair {
   std::size_t a = 0, b = kFuzzStanding;
   std::vector<std::byte> blob;
+  /// In W, where it is not all that stands in the scene.
+  std::optional<FuzzBody> standing = std::nullopt;
 };
 
 struct CompiledBodies {

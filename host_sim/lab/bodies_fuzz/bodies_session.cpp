@@ -29,8 +29,9 @@ Spring spring_of(const FuzzBody& body, const DriverSpring& driver) {
 }
 
 /// The pose nearer to `pose` on the way from `anchor`, at which a pull is no more than `most`.
-GripPose given_way(const Spring& spring, const GripPose& anchor, const GripPose& pose) {
-  const Real most_m = static_cast<Real>(kYield_n) / spring.k_t_n_per_m;
+GripPose given_way(const Spring& spring, double yield_n, const GripPose& anchor,
+                   const GripPose& pose) {
+  const Real most_m = static_cast<Real>(yield_n) / spring.k_t_n_per_m;
   const Real most_rad = most_m / spring.length_m;
   const PoseError error = pose_error(anchor, pose);
   const Real far_m = error.translation_m.norm(), turn_rad = error.rotation_rad.norm();
@@ -48,6 +49,7 @@ std::optional<BodiesFault> bodies_fault_named(const std::string& name) {
   if (name == "reaction") return BodiesFault::kReaction;
   if (name == "restless") return BodiesFault::kRestless;
   if (name == "goal") return BodiesFault::kGoal;
+  if (name == "bound") return BodiesFault::kBound;
   return std::nullopt;
 }
 
@@ -69,6 +71,10 @@ Pose pose_of(const GripPose& pose) {
 std::vector<MovingBody> moving_bodies(const BodiesScene& scene) {
   std::vector<MovingBody> bodies;
   for (const FuzzBody& body : scene.bodies) {
+    if (body.is) {
+      bodies.push_back(*body.is);
+      continue;
+    }
     MovingBody moving;
     moving.spring = spring_of(body, scene.driver);
     moving.radius_m = static_cast<Real>(body.radius_m());
@@ -79,6 +85,7 @@ std::vector<MovingBody> moving_bodies(const BodiesScene& scene) {
 }
 
 ProxyScale bodies_scale(const BodiesScene& scene) {
+  if (scene.scale) return *scene.scale;
   return proxy_scale(static_cast<Real>(scene.felt_radius_m()), static_cast<Real>(scene.extent_m()),
                      0, 0);
 }
@@ -113,6 +120,8 @@ BodiesSession::BodiesSession(const CompiledBodies& compiled, std::uint32_t work_
   BodyLaw::Parameters parameters;
   parameters.scale = scale_;
   parameters.epsilon_m = epsilon_m;
+  if (scene_.passes > 0) parameters.passes = scene_.passes;
+  if (work_units == 0) work_units = scene_.work_units;
   if (work_units > 0) parameters.work_units = work_units;
   if (fault == BodiesFault::kCertificate) parameters.scale.tolerance_m *= kGenerous;
   std::vector<MovingBody> given = bodies_;
@@ -120,6 +129,9 @@ BodiesSession::BodiesSession(const CompiledBodies& compiled, std::uint32_t work_
     for (MovingBody& body : given) body.spring.k_r_nm_per_rad *= kTooStiff;
   }
   law_->configure(parameters, pairs, given);
+  units_bound_ = parameters.work_units;
+  for (const SceneView& view : views_)
+    units_bound_ += view.header().capacity.max_work_units - view.parameters().work_units;
 }
 
 void BodiesSession::begin(std::span<const GripPose> poses) {
@@ -129,16 +141,20 @@ void BodiesSession::begin(std::span<const GripPose> poses) {
 
 BodiesTick BodiesSession::tick(std::span<GripPose> goals) {
   for (std::size_t k = 0; k < goals.size(); ++k) {
-    if (scene_.bodies[k].role == BodyRole::kLoose) goals[k] = anchors_[k];
+    if (scene_.bodies[k].role != BodyRole::kLoose) continue;
+    goals[k] = anchors_[k];
+    goals[k].x0_w.z() -= static_cast<Real>(scene_.bodies[k].sink_m);
   }
   return law_->tick(goals);
 }
 
 void BodiesSession::release_anchors() {
   for (std::size_t k = 0; k < anchors_.size(); ++k) {
-    if (scene_.bodies[k].role != BodyRole::kLoose) continue;
+    const FuzzBody& body = scene_.bodies[k];
+    if (body.role != BodyRole::kLoose) continue;
+    const GripPose& pose = law_->pose(static_cast<std::uint32_t>(k));
     anchors_[k] =
-        given_way(bodies_[k].spring, anchors_[k], law_->pose(static_cast<std::uint32_t>(k)));
+        body.sink_m > 0 ? pose : given_way(bodies_[k].spring, body.yield_n, anchors_[k], pose);
   }
 }
 

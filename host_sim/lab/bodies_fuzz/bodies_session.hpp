@@ -23,17 +23,16 @@ enum class BodiesFault : std::uint8_t {
   kSpring,       ///< law: all springs turn a quarter too stiff
   kReaction,     ///< judged: the contact force on one body is a hundredth too large
   kRestless,     ///< judged: in every other tick the first body is 2 um farther from its goal
-  kGoal          ///< judged: bodies are where their goals are
+  kGoal,         ///< judged: bodies are where their goals are
+  kBound         ///< judged: the bound of the work of a tick is taken for 0
 };
 [[nodiscard]] std::optional<BodiesFault> bodies_fault_named(const std::string& name);
 
 [[nodiscard]] GripPose grip_pose_at(const Vector& p, const Rotation& q);
 [[nodiscard]] Pose pose_of(const GripPose& pose);
 
-/// Force that a loose part holds before its anchor gives way.
-inline constexpr double kYield_n = 0.5;
-
-/// The springs of a scene: hands 1000 N/m, drivers as it says, loose parts 100 times a hand's.
+/// The bodies of a scene as they are, or with the springs of the campaign: hands 1000 N/m, drivers
+/// as it says, loose parts 100 times a hand's.
 [[nodiscard]] std::vector<MovingBody> moving_bodies(const BodiesScene& scene);
 /// The lengths of the law for a scene.
 [[nodiscard]] ProxyScale bodies_scale(const BodiesScene& scene);
@@ -59,6 +58,9 @@ class BodiesSession {
   /// As they should be, with any fault.
   [[nodiscard]] std::span<const MovingBody> bodies() const { return bodies_; }
   [[nodiscard]] const ProxyScale& scale() const { return scale_; }
+  /// Units of work of a tick, at most: its budget, and what it may have begun by then with each
+  /// pair, as JointMotion::bounds has it.
+  [[nodiscard]] std::uint64_t units_bound() const { return units_bound_; }
 
  private:
   const BodiesScene& scene_;
@@ -69,6 +71,7 @@ class BodiesSession {
   tools::SceneBytes memory_;
   std::unique_ptr<BodyLaw> law_;
   std::vector<GripPose> anchors_;  ///< by body; of loose parts
+  std::uint64_t units_bound_ = 0;
 };
 
 }  // namespace haptic::sim

@@ -129,7 +129,7 @@ std::size_t BodiesStudy::missed() const {
 }
 
 const std::vector<std::string>& bodies_study_names() {
-  static const std::vector<std::string> names{"squeeze", "push", "carry", "cost"};
+  static const std::vector<std::string> names{"squeeze", "push", "carry", "cost", "size"};
   return names;
 }
 
@@ -137,7 +137,8 @@ BodiesStudy run_bodies_study(const std::string& name, const BodiesStudySize& siz
   if (name == "squeeze") return squeeze_study(size);
   if (name == "push") return push_study(size);
   if (name == "carry") return carry_study(size);
-  return bodies_cost_study(size);
+  if (name == "cost") return bodies_cost_study(size);
+  return bodies_size_study(size);
 }
 
 CampaignEnd bodies_study_end(std::span<const BodiesStudy> studies) {

@@ -56,7 +56,7 @@ struct BodiesStudySize {
   return sizeof(Real) == sizeof(double) ? in_double : in_single;
 }
 
-/// "squeeze", "push", "carry", "cost".
+/// "squeeze", "push", "carry", "cost", "size".
 [[nodiscard]] const std::vector<std::string>& bodies_study_names();
 /// @throws tools::InputError when a pair cannot be compiled.
 [[nodiscard]] BodiesStudy run_bodies_study(const std::string& name, const BodiesStudySize& size);
@@ -69,5 +69,6 @@ struct BodiesStudySize {
 [[nodiscard]] BodiesStudy push_study(const BodiesStudySize& size);
 [[nodiscard]] BodiesStudy carry_study(const BodiesStudySize& size);
 [[nodiscard]] BodiesStudy bodies_cost_study(const BodiesStudySize& size);
+[[nodiscard]] BodiesStudy bodies_size_study(const BodiesStudySize& size);
 
 }  // namespace haptic::sim

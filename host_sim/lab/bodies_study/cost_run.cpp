@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs the cases of the cost of several bodies: by their law, and one part by its own.
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -7,6 +8,7 @@
 
 #include "host_sim/lab/bodies_fuzz/bodies_session.hpp"
 #include "host_sim/lab/bodies_study/cost_cases.hpp"
+#include "host_sim/lab/bodies_study/peer_run.hpp"
 #include "rt_core/proxy/proxy_law.hpp"
 #include "rt_core/scene/formed_pairs.hpp"
 #include "tools/common/error.hpp"
@@ -49,7 +51,7 @@ class OnePart {
   OnePart(const OnePart&) = delete;
   OnePart& operator=(const OnePart&) = delete;
 
-  [[nodiscard]] ProxyWork tick(const GripPose& goal) { return proxy_.tick(goal, scratch_).work; }
+  [[nodiscard]] ProxyTick tick(const GripPose& goal) { return proxy_.tick(goal, scratch_); }
   [[nodiscard]] const GripPose& pose() const { return proxy_.pose(); }
 
  private:
@@ -72,8 +74,8 @@ void add_to_hash(std::uint64_t& hash, const GripPose& pose) {
   for (int i = 0; i < 4; ++i) add(pose.q_wa.coeffs()[i]);
 }
 
-BodiesWork work_of(const ProxyWork& work) {
-  return {work.units(), work.qp_steps, work.qp_programs, work.rows};
+BodiesWork work_of(const ProxyWork& work, bool spent) {
+  return {work.units(), work.qp_steps, work.qp_programs, work.rows, spent};
 }
 
 }  // namespace
@@ -85,34 +87,58 @@ BodiesCostRun run_bodies_cost(const BodiesCostCase& of, std::size_t ticks) {
   if (of.of_one_part) {
     part = std::make_unique<OnePart>(compiled);
   } else {
-    session = std::make_unique<BodiesSession>(compiled, 0, std::nullopt);
+    session = std::make_unique<BodiesSession>(compiled, of.work_units, std::nullopt);
   }
   BodiesCostRun run;
+  if (session) run.units_bound = session->units_bound();
   run.state_hash = kCostHashStart;
   for (std::size_t t = 0; t < ticks; ++t) {
     std::vector<GripPose> goals;
     for (const BodyPlace& place : of.goals(1e-3 * static_cast<double>(t)))
       goals.push_back(grip_pose_at(place.p, place.q));
+    if (session && t == 0) session->begin(goals);
+    const auto start = std::chrono::steady_clock::now();
+    BodiesWork work;
     if (part) {
-      run.ticks.push_back(work_of(part->tick(goals[0])));
+      const ProxyTick told = part->tick(goals[0]);
+      work = work_of(told.work, told.spent);
+    } else {
+      const BodiesTick told = session->tick(goals);
+      work = work_of(told.work, told.spent);
+    }
+    const std::chrono::duration<double, std::nano> taken = std::chrono::steady_clock::now() - start;
+    run.ticks.push_back(work);
+    run.ns.push_back(taken.count());
+    if (part) {
       add_to_hash(run.state_hash, part->pose());
       continue;
     }
-    if (t == 0) session->begin(goals);
-    run.ticks.push_back(work_of(session->tick(goals).work));
     for (std::uint32_t k = 0; k < session->law().body_count(); ++k)
       add_to_hash(run.state_hash, session->law().pose(k));
   }
   return run;
 }
 
-void print_bodies_cost_run(std::size_t number, bool is_short) {
-  const std::vector<BodiesCostCase> cases = bodies_cost_cases();
+void print_bodies_cost_run(std::size_t number, bool is_short, const std::string& peer) {
+  std::vector<BodiesCostCase> cases = bodies_cost_cases();
+  const std::size_t first_of_size = cases.size();
+  for (BodiesCostCase& of : bodies_size_cases()) cases.push_back(std::move(of));
   if (number >= cases.size())
     throw tools::UsageError("--once: there are " + std::to_string(cases.size()) + " cases");
-  const BodiesCostRun run = run_bodies_cost(cases[number], bodies_cost_ticks(is_short));
-  std::printf("%zu ticks, final state hash %016llx\n", run.ticks.size(),
-              static_cast<unsigned long long>(run.state_hash));
+  const bool is_of_size = number >= first_of_size;
+  const std::size_t ticks = is_of_size ? bodies_size_ticks(is_short) : bodies_cost_ticks(is_short);
+  std::size_t done = 0;
+  std::uint64_t hash = 0;
+  if (!peer.empty()) {
+    const BodiesPeerRun run = run_bodies_peer(cases[number], peer, ticks);
+    done = run.ns.size();
+    hash = run.state_hash;
+  } else {
+    const BodiesCostRun run = run_bodies_cost(cases[number], ticks);
+    done = run.ticks.size();
+    hash = run.state_hash;
+  }
+  std::printf("%zu ticks, final state hash %016llx\n", done, static_cast<unsigned long long>(hash));
 }
 
 }  // namespace haptic::sim

@@ -1,54 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The cost of a tick of several bodies, as a ratio to that of one.
-#include <algorithm>
 #include <cstdio>
-#include <numeric>
 
 #include "host_sim/lab/bodies_study/cost_cases.hpp"
+#include "host_sim/lab/bodies_study/cost_figures.hpp"
 #include "host_sim/lab/bodies_study/study_bench.hpp"
-#include "host_sim/lab/wcet/instruction_counts.hpp"
-#include "host_sim/report/quantile.hpp"
 #include "host_sim/session/child_run.hpp"
 
 namespace haptic::sim {
 namespace {
-
-using TickCounts = std::vector<std::uint64_t>;
-
-// In full: by a part of its name callgrind counts a function, but does not end a tick with it.
-constexpr const char* kLawOfOne =
-    "haptic::Proxy::tick(haptic::GripPose const&, haptic::NearScratch&)";
-constexpr const char* kLawOfSeveral =
-    "haptic::BodyLaw::tick(std::span<haptic::GripPose const, 18446744073709551615ul>)";
-
-/// Once the bodies are pressed.
-TickCounts pressed(const TickCounts& ticks) {
-  TickCounts counts;
-  if (ticks.size() > kPressedTick)
-    counts.assign(ticks.begin() + static_cast<std::ptrdiff_t>(kPressedTick), ticks.end());
-  std::ranges::sort(counts);
-  return counts;
-}
-
-/// `ascending`: empty where nothing was measured.
-double mean_of(const TickCounts& ascending) {
-  if (ascending.empty()) return std::numeric_limits<double>::quiet_NaN();
-  return std::accumulate(ascending.begin(), ascending.end(), 0.0) /
-         static_cast<double>(ascending.size());
-}
-
-void add_figures(StudyRow& row, const std::string& name, const std::string& words,
-                 const TickCounts& ascending) {
-  const std::string heading = words + ", mean / 99 % / largest";
-  const bool known = !ascending.empty();
-  const auto number = [&](double share) {
-    return known ? static_cast<double>(quantile(ascending, share))
-                 : std::numeric_limits<double>::quiet_NaN();
-  };
-  row.figures.push_back({name + "_mean", heading, mean_of(ascending)});
-  row.figures.push_back({name + "_p99", heading, number(0.99)});
-  row.figures.push_back({name + "_largest", heading, number(1)});
-}
 
 TickCounts instructions_of(const BodiesCostCase& of, std::size_t number, const BodiesCostRun& run,
                            bool is_short) {
@@ -60,11 +20,7 @@ TickCounts instructions_of(const BodiesCostCase& of, std::size_t number, const B
   question.ticks = run.ticks.size();
   question.tick = of.of_one_part ? kLawOfOne : kLawOfSeveral;
   question.run = "haptic::sim::run_bodies_cost(*";
-  const InstructionCounts counts = count_instructions(question);
-  if (counts.measured) return pressed(counts.profile.per_tick);
-  std::fprintf(stderr, "%s: instructions not measured: %s\n", of.name.c_str(),
-               counts.why_not.c_str());
-  return {};
+  return pressed_instructions(of.name, question);
 }
 
 /// The same motion under the law of several, judged.
@@ -82,17 +38,17 @@ StudyRow cost_row(const BodiesCostCase& of, std::size_t number, const BodiesStud
   const auto counts = [&](std::uint64_t BodiesWork::*field) {
     TickCounts of_ticks;
     for (const BodiesWork& work : run.ticks) of_ticks.push_back(work.*field);
-    return pressed(of_ticks);
+    return pressed_counts(of_ticks);
   };
   StudyRow row;
   row.name = of.name;
-  add_figures(row, "units", "units", counts(&BodiesWork::units));
-  add_figures(row, "dual_steps", "dual steps", counts(&BodiesWork::dual_steps));
-  add_figures(row, "programs", "programs", counts(&BodiesWork::programs));
-  add_figures(row, "rows", "rows", counts(&BodiesWork::rows));
+  add_spread(row, "units", "units", counts(&BodiesWork::units));
+  add_spread(row, "dual_steps", "dual steps", counts(&BodiesWork::dual_steps));
+  add_spread(row, "programs", "programs", counts(&BodiesWork::programs));
+  add_spread(row, "rows", "rows", counts(&BodiesWork::rows));
   TickCounts instructions;
   if (size.instructions) instructions = instructions_of(of, number, run, size.is_short);
-  add_figures(row, "instructions", "instructions", instructions);
+  add_spread(row, "instructions", "instructions", instructions);
   row.figures.push_back(depth_of(of, ticks, size.fault));
   return row;
 }

@@ -40,9 +40,9 @@ Rotation turn_about(const Vector& axis, double angle_rad) {
 }
 
 StudyBench::StudyBench(BodiesScene scene, double friction, const std::vector<BodyPlace>& starts,
-                       std::optional<BodiesFault> fault)
+                       std::optional<BodiesFault> fault, std::uint32_t work_units)
     : compiled_(compiled_bodies(std::move(scene), friction)),
-      session_(compiled_, 0, fault),
+      session_(compiled_, work_units, fault),
       judge_(compiled_),
       goals_(grip_poses(starts)),
       before_(wide_poses(goals_)) {

@@ -24,9 +24,10 @@ namespace haptic::sim {
 /// Not movable: the law is a view of memory that lies here.
 class StudyBench {
  public:
-  /// The bodies are at `starts`, which must be free. @throws tools::InputError a pair is refused.
+  /// The bodies are at `starts`, which must be free; `work_units`: the budget of a tick, 0: none.
+  /// @throws tools::InputError a pair is refused.
   StudyBench(BodiesScene scene, double friction, const std::vector<BodyPlace>& starts,
-             std::optional<BodiesFault> fault);
+             std::optional<BodiesFault> fault, std::uint32_t work_units = 0);
   StudyBench(const StudyBench&) = delete;
   StudyBench& operator=(const StudyBench&) = delete;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim bodies [--study squeeze|push|carry|cost] [--short] [--no-instructions] [--out DIR]
+// host_sim bodies [--study squeeze|push|carry|cost|size] [--short] [--no-instructions] [--out DIR]
 //                 [--fault KIND]
 #include <algorithm>
 #include <memory>
@@ -19,14 +19,14 @@ namespace {
 
 struct BodiesArguments {
   std::vector<std::string> studies;
-  std::string out, fault;
+  std::string out, fault, peer;
   bool is_short = false, no_instructions = false;
   std::optional<std::size_t> once;
 };
 
 int do_bodies(const BodiesArguments& o) {
   if (o.once) {
-    print_bodies_cost_run(*o.once, o.is_short);
+    print_bodies_cost_run(*o.once, o.is_short, o.peer);
     return tools::kExitDone;
   }
   tools::claim_folder(o.out, "--out", {"bodies.csv", "bodies.json", "bodies.md"});
@@ -53,10 +53,14 @@ Command add_bodies_command(CLI::App& program) {
       ->allow_extra_args(false);
   app->add_flag("--short", o->is_short, "a few rows of each");
   app->add_flag("--no-instructions", o->no_instructions,
-                "leave out the count of instructions under valgrind in the study cost");
+                "leave out the count of instructions under valgrind in the studies cost and size");
   app->add_option("-o,--out", o->out, "folder for bodies.csv, bodies.json and bodies.md");
-  app->add_option("--once", o->once,
-                  "run the case of this number of the study cost alone: ticks and state hash");
+  CLI::Option* once = app->add_option(
+      "--once", o->once,
+      "run the case of this number of the studies cost and size alone: ticks and state hash");
+  app->add_option("--peer", o->peer,
+                  "with --once: by MuJoCo, default, stiff or fine, in place of the law")
+      ->needs(once);
   app->add_option("--fault", o->fault,
                   "damage the law on purpose: exit 1 when a bound finds the fault")
       ->check(CLI::IsMember({"certificate"}));

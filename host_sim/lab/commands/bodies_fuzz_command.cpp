@@ -16,7 +16,7 @@ Command add_bodies_fuzz_command(CLI::App& program) {
       "host_sim bodies-fuzz --out bodies",
       "folder for bodies_fuzz.md, .csv and .json",
       {"bodies_fuzz.*"},
-      {"certificate", "spring", "reaction", "restless", "goal"},
+      {"certificate", "spring", "reaction", "restless", "goal", "bound"},
       "the run of this number, as a failure names it",
       "damage the law, or what is judged, on purpose: exit 1 when the fault is caught"};
   struct Asked : CampaignArguments {
@@ -24,17 +24,25 @@ Command add_bodies_fuzz_command(CLI::App& program) {
   };
   const auto o = std::make_shared<Asked>();
   CLI::App* app = add_campaign(program, words, *o, o->size.seed);
-  app->add_option("--case", o->size.cases, "case, may be given several times (default: all)")
-      ->check(CLI::IsMember(bodies_case_names()))
-      ->allow_extra_args(false);
+  CLI::Option* cases =
+      app->add_option("--case", o->size.cases, "case, may be given several times (default: all)")
+          ->check(CLI::IsMember(bodies_case_names()))
+          ->allow_extra_args(false);
   add_count(*app, "--ticks", o->size.ticks, std::uint64_t{1} << 40,
             "ticks over all scenes, rests on top (default 200000)");
-  app->add_option_function<double>(
-         "--friction", [o](double mu) { o->size.frictions = {mu}; },
-         "Coulomb coefficient (default: 0 and 0.3)")
-      ->check(CLI::Range(0.0, 2.0));
-  app->add_option("--work-units", o->size.work_units,
-                  "budget of a tick; what it has no room for is left to the next (default: none)")
+  CLI::Option* friction = app->add_option_function<double>(
+                                 "--friction", [o](double mu) { o->size.frictions = {mu}; },
+                                 "Coulomb coefficient (default: 0 and 0.3)")
+                              ->check(CLI::Range(0.0, 2.0));
+  app->add_option("--scene", o->size.scene,
+                  "compiled scene (.rtscene) whose parts move at once, in place of the cases: its "
+                  "roles, springs, drivers and loose parts")
+      ->excludes(cases)
+      ->excludes(friction);
+  app->add_option(
+         "--work-units", o->size.work_units,
+         "budget of a tick; what it has no room for is left to the next (default: none; of a "
+         "scene, its own)")
       ->check(CLI::Range(kLeastWorkUnits, kMostWorkUnits));
   const auto run = [o, words] {
     return run_campaign(words, *o, [&] {

@@ -9,6 +9,7 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/laws/law_comparison.hpp"
 #include "host_sim/report/part_report.hpp"
+#include "host_sim/session/moving_parts.hpp"
 #include "host_sim/session/tick_csv.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
@@ -32,6 +33,8 @@ int do_compare_laws(const CompareLawsArguments& o) {
   tools::claim_folder(o.out, "--out",
                       {"compare_laws.csv", "compare_laws.json", "compare_laws.svg", "README.md"});
   const CoreSession session(o.scene);
+  require_one_moving_part(session, o.scene, "compare-laws",
+                          "only law proxy moves several parts; give a scene of one");
   const std::vector<MotionSample> motion = read_played_motion(o.motion);
   std::vector<LawRun> runs;
   for (const LawId law : {LawId::kPaper, LawId::kProxy}) {

@@ -7,6 +7,7 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/planning/sampled_plan.hpp"
 #include "host_sim/session/core_session.hpp"
+#include "host_sim/session/moving_parts.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
@@ -26,6 +27,8 @@ struct PlanSampledArguments {
 int do_plan_sampled(const PlanSampledArguments& o) {
   const tools::SceneBytes bytes = tools::read_scene_bytes(o.scene);
   const CoreSession session(bytes.span(), o.scene, GoalContact::kLeftOut);  // checks the scene
+  require_one_moving_part(session, o.scene, "plan-sampled",
+                          "give a scene in which the others are of role fixed");
   const SceneView& view = session.view();
   tools::claim_output(o.out, "--out", {tools::FileFormat::kPlan, {}});
   const tools::SlidingPart part(view);

@@ -11,6 +11,7 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/realtime/soak_run.hpp"
 #include "host_sim/report/part_report.hpp"
+#include "host_sim/session/moving_parts.hpp"
 #include "host_sim/timing/heap_interposer.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
@@ -84,6 +85,8 @@ int do_soak(SoakArguments o) {
     const tools::SceneBytes file = tools::read_scene_bytes(o.scene);
     scene.assign(file.span().begin(), file.span().end());
     CoreSession session(scene, o.scene);
+    require_one_moving_part(session, o.scene, "soak",
+                            "run it with 'host_sim run', or give a scene of one moving part");
     tools::tell_simplification("host_sim", o.scene, session.view());
     place = fault_place(session);
   }

@@ -14,6 +14,7 @@
 #include "host_sim/lab/wcet/scene_motion.hpp"
 #include "host_sim/lab/wcet/wcet_report.hpp"
 #include "host_sim/report/part_report.hpp"
+#include "host_sim/session/moving_parts.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
@@ -88,6 +89,7 @@ WcetPlan plan_of(const WcetArguments& o) {
 
 int do_wcet(const WcetArguments& o) {
   CoreSession session(o.scene, o.goal());
+  require_one_moving_part(session, o.scene, "wcet", kJudgeBodies);
   tools::claim_output(o.flow_facts, "--flow-facts", tools::text_kind("# flow facts"));
   tools::claim_folder(
       o.out, "--out",

@@ -11,6 +11,7 @@
 
 #include "host_sim/session/child_run.hpp"
 #include "host_sim/session/motion_csv.hpp"
+#include "host_sim/session/moving_parts.hpp"
 #include "host_sim/session/tick_clock.hpp"
 #include "tools/common/error.hpp"
 
@@ -91,6 +92,8 @@ PreparedScene prepared_by_user(const std::string& blob_path, const std::string& 
   prepared.blob_path = blob_path;
   prepared.motion_path = motion_path;
   prepared.motion = read_played_motion(motion_path);
+  require_one_moving_part(CoreSession(blob_path, GoalContact::kLeftOut), blob_path, "cost",
+                          kJudgeBodies);
   return prepared;
 }
 

@@ -13,6 +13,7 @@
 #include "host_sim/lab/studies/realtime/rate_error.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/core_session.hpp"
+#include "host_sim/session/moving_parts.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
@@ -195,6 +196,8 @@ void print_heading() {
 int do_rates(const RatesArguments& o) {
   tools::claim_folder(o.out, "--out", {"rates.json"});
   CoreSession session(o.scene);
+  require_one_moving_part(session, o.scene, "rates",
+                          "run it with 'host_sim run', or give a scene of one moving part");
   // First what can be refused.
   const std::vector<RateError> errors = o.error ? errors_of(o, session) : std::vector<RateError>();
   print_heading();

@@ -14,6 +14,7 @@
 #include "host_sim/report/quantile.hpp"
 #include "host_sim/session/child_run.hpp"
 #include "host_sim/session/core_session.hpp"
+#include "host_sim/session/moving_parts.hpp"
 #include "host_sim/view/gallery.hpp"
 #include "tools/c_space/pose_text.hpp"
 #include "tools/common/files.hpp"
@@ -49,6 +50,8 @@ class Bench {
   Bench(const Puzzle& puzzle, const PlanningOptions& options)
       : puzzle_(puzzle), bytes_(compiled(puzzle, options)) {
     const CoreSession session(bytes_.span(), puzzle.name, GoalContact::kLeftOut);  // checks it
+    require_one_moving_part(session, puzzle.name, "planners",
+                            "give a scene in which the others are of role fixed");
     static_cast<void>(SceneView::open(bytes_.span(), view_));
     check_ = std::make_unique<tools::PlanCheck>(view_);
     tolerance_m_ = tools::plan_tolerance_m(view_);
