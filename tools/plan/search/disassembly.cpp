@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <utility>
@@ -21,8 +22,6 @@ namespace {
 constexpr std::uint64_t kFirstTicks = 20'000, kTicksGrow = 3;
 /// Ticks of the search for the end of a way, to a place that was given.
 constexpr std::uint64_t kReachTicks = 60'000;
-/// Times that every part is looked at while they are moved apart.
-constexpr int kSettleSweeps = 100;
 /// Room between parts that lie beside the assembly, in radii of the largest.
 constexpr double kApart = 2.2;
 
@@ -137,49 +136,74 @@ class TakingApart {
     });
   }
 
-  /// Moves parts that overlap others by rounding, each a little in turn: what lies on what was
-  /// moved is moved after it.
+  /// Moves parts that overlap others by rounding: from what never moves on, each out of those that
+  /// were looked at before it, which it lies on or leans on.
   void settle() {
     const double most_m = kSettleShare * size_m_;
-    std::vector<std::optional<PlanPose>> first(parts_.count());
-    bool has_moved = true;
-    for (int sweep = 0; sweep < kSettleSweeps && has_moved; ++sweep) {
-      has_moved = false;
+    if (!are_free()) {
+      const std::vector<PartPlace> assembled = places_;
+      std::vector<std::uint32_t> waiting;
       for (const AssembledPart& part : left_) {
-        if (is_settled(part.part, most_m, first[part.part])) continue;
-        has_moved = true;
+        places_[part.part] = far_away(waiting.size());
+        waiting.push_back(part.part);
       }
+      while (!waiting.empty()) settle_next(waiting, assembled, most_m);
+      forget();
     }
     for (const AssembledPart& part : left_) {
       Candidate& of = candidate(part.part);
       double depth_m = 0;
       if (push_out(of.way->prover(), of.at, 0, depth_m)) refuse_overlap(of, depth_m, most_m);
-      if (const auto body = enclosing_body(of.view, of.at)) {
-        throw InputError(name(part.part) + " lies within the closed surface of " +
-                         name(parts_.others_of(part.part)[*body - 1]) +
-                         " where it is assembled; give other poses");
-      }
-      if (!first[part.part]) continue;
-      const double moved_m =
-          (haptic::tools::place_of(of.at) - haptic::tools::place_of(*first[part.part])).norm();
-      result_.settled.push_back({part.part, moved_m});
+      const auto body = enclosing_body(of.view, of.at);
+      if (!body) continue;
+      throw InputError(name(part.part) + " lies within the closed surface of " +
+                       name(parts_.others_of(part.part)[*body - 1]) +
+                       " where it is assembled; give other poses");
     }
   }
 
-  /// It is free; else it is moved by one step. `first`: where it was before it was ever moved.
-  bool is_settled(std::uint32_t part, double most_m, std::optional<PlanPose>& first) {
+  bool are_free() {
+    return std::ranges::all_of(left_, [&](const AssembledPart& part) {
+      Candidate& of = candidate(part.part);
+      return of.way->prover().is_free(of.at);
+    });
+  }
+
+  /// The part of `waiting` that is nearest to those that stand.
+  void settle_next(std::vector<std::uint32_t>& waiting, const std::vector<PartPlace>& assembled,
+                   double most_m) {
+    double least_m = std::numeric_limits<double>::infinity();
+    std::size_t nearest = 0;
+    for (std::size_t k = 0; k < waiting.size(); ++k) {
+      const PartPlace away = std::exchange(places_[waiting[k]], assembled[waiting[k]]);
+      candidates_[waiting[k]].reset();
+      Candidate& of = candidate(waiting[k]);
+      const double gap_m = of.way->prover().clearance(of.at).gap_m;
+      // Of several alike the largest, which is the last.
+      if (gap_m <= least_m) nearest = k;
+      least_m = std::min(least_m, gap_m);
+      places_[waiting[k]] = away;
+    }
+    const std::uint32_t part = waiting[nearest];
     Candidate& of = candidate(part);
     double depth_m = 0;
-    const std::optional<Vec3d> by =
-        push_out(of.way->prover(), of.at, kSettleStep * most_m, depth_m);
-    if (!by) return true;
-    const PlanPose to = plan_pose(haptic::tools::place_of(of.at) + *by, turn_of(of.at));
-    if (!first) first = of.at;
-    const Vec3d moved = haptic::tools::place_of(to) - haptic::tools::place_of(*first);
-    if (by->isZero(0) || moved.norm() > most_m) refuse_overlap(of, depth_m, most_m);
-    places_[part] = place_of_mesh(of.way->part().mesh_pose(to));
-    forget();
-    return false;
+    const std::optional<PlanPose> free = of.way->settled(of.at, most_m, depth_m);
+    if (!free) refuse_overlap(of, depth_m, most_m);
+    places_[part] = assembled[part];
+    if (!(*free == of.at)) {
+      const double moved_m =
+          (haptic::tools::place_of(*free) - haptic::tools::place_of(of.at)).norm();
+      result_.settled.push_back({part, moved_m});
+      places_[part] = place_of_mesh(of.way->part().mesh_pose(*free));
+    }
+    waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(nearest));
+  }
+
+  /// Where a part touches nothing while others are looked at.
+  [[nodiscard]] PartPlace far_away(std::size_t number) const {
+    PartPlace place;
+    place.p_wa_m[0] = ring_.centre.x() + 8 * static_cast<double>(number + 1) * ring_.radius_m;
+    return place;
   }
 
   [[noreturn]] void refuse_overlap(Candidate& of, double depth_m, double most_m) {

@@ -34,7 +34,7 @@ struct Ball {
 
 /// Parts of an assembly may overlap by this share of its size, as their files round; they are moved
 /// apart by no more, in steps of this share of that.
-inline constexpr double kSettleShare = 1.0e-5, kSettleStep = 1.0 / 64;
+inline constexpr double kSettleShare = 1.0e-4, kSettleStep = 1.0 / 64;
 
 /// How a way out was found.
 enum class WayKind : std::uint8_t { kStraight, kCells, kSearch };
