@@ -76,7 +76,7 @@ class TwoHandSession {
   haptic_session* session = nullptr;
 };
 
-constexpr std::uint32_t kArmed = 2;
+constexpr std::uint32_t kArmed = 2, kFaulted = 4;
 
 }  // namespace
 
@@ -105,7 +105,8 @@ TEST_SUITE("tools.library.two_hands") {
     // A stop is of both.
     REQUIRE(haptic_session_stop(two.session) == HAPTIC_OK);
     CHECK(two.comes([&] { return two.force_n(0) == 0 && two.force_n(1) == 0; }));
-    CHECK(two.comes([&] { return !two.state(0).hand_held && !two.state(1).hand_held; }));
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    for (const std::uint32_t hand : {0u, 1u}) CHECK(two.state(hand).arming == kFaulted);
     REQUIRE(haptic_session_close(two.session) == HAPTIC_OK);
     for (const std::uint32_t hand : {0u, 1u}) {
       haptic_verdict verdict = HAPTIC_VERDICT_INIT;
