@@ -111,7 +111,7 @@ class BodyLaw {
   /// Those that move.
   [[nodiscard]] std::uint32_t body_count() const noexcept { return count_; }
   [[nodiscard]] const GripPose& pose(std::uint32_t body) const noexcept { return bodies_[body].p; }
-  /// Of the last tick.
+  /// The one of the last tick.
   [[nodiscard]] const GripPose& goal(std::uint32_t body) const noexcept {
     return bodies_[body].goal;
   }

@@ -26,7 +26,7 @@ struct Ended {
   std::string err;
 };
 
-/// What an earlier run has written there must not be taken for this one's.
+/// A file of an earlier run must not be taken for this one's.
 inline std::string absent(const std::string& file) {
   std::filesystem::remove(file);
   return file;
@@ -65,7 +65,7 @@ class RunningProgram {
   RunningProgram(const RunningProgram&) = delete;
   RunningProgram& operator=(const RunningProgram&) = delete;
 
-  /// Of the process, which is not reaped yet: the number is still its own.
+  /// The process is not reaped yet: the number is still its own.
   [[nodiscard]] pid_t pid() const { return status_.has_value() ? 0 : pid_; }
   [[nodiscard]] std::vector<nlohmann::json> lines() const {
     return lines_of(sim::test::text_of_file(out_));
