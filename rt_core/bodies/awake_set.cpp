@@ -16,8 +16,10 @@ constexpr Real kNearShare = 0.25_r, kNearWays = 4;
 constexpr Real kWakeShare = 0.03_r, kWakeWays = 2;
 /// A body that has not gone farther than the tolerance for so many ticks rests.
 constexpr std::uint32_t kRestTicks = 40;
-/// Bodies that change places in one tick, at most.
-constexpr std::uint32_t kMostExchanges = 2;
+/// Bodies that change places in one tick, and pairs that are asked for the first time, at most.
+constexpr std::uint32_t kMostExchanges = 2, kMostOpened = 12;
+/// Pairs of loose parts that are asked at once, at most: the rest is for those that always move.
+constexpr std::size_t kMostLoosePairs = kMostOpenPairs / 2;
 /// Share of the room between two that neither may go in a tick, with its turn: half of it for each,
 /// half of that for its way.
 constexpr Real kWayShare = 0.25_r;
@@ -166,13 +168,16 @@ Real AwakeSet::apart_m(const BodyLaw& law, std::uint32_t one, std::uint32_t othe
 }
 
 /// The same, as far as their pair knows it.
-Real AwakeSet::gap_m(const BodyLaw& law, std::uint32_t one, std::uint32_t other) noexcept {
+Real AwakeSet::gap_m(const BodyLaw& law, std::uint32_t one, std::uint32_t other,
+                     Real enough_m) noexcept {
   const std::uint16_t slot = slot_of(one, other);
-  const Real apart = apart_m(law, one, other, kUnbounded);
-  return slot == kNoSlot ? apart : std::max(apart, law.slot(slot).gap_m());
+  const Real known = slot == kNoSlot ? -kUnbounded : law.slot(slot).gap_m();
+  return known > enough_m ? known : std::max(known, apart_m(law, one, other, enough_m));
 }
 
 bool AwakeSet::open(BodyLaw& law, std::uint32_t one, std::uint32_t other) noexcept {
+  const bool is_always = one < always_ || (other != kStanding && other < always_);
+  if (!is_always && law.pairs().size() >= kMostLoosePairs) return false;
   std::uint16_t& of = slot_of(one, other);
   std::uint32_t a = one, b = other;
   const std::uint8_t kind = kind_of(a, b);
@@ -180,6 +185,7 @@ bool AwakeSet::open(BodyLaw& law, std::uint32_t one, std::uint32_t other) noexce
     std::uint8_t& is_taken = is_taken_[static_cast<std::size_t>(slot - first_slot_[0])];
     if (is_taken != 0) continue;
     if (!law.open_pair(slot, a, b)) return false;
+    opened_ += 1;
     is_taken = 1;
     of = slot;
     return true;
@@ -233,8 +239,9 @@ void AwakeSet::follow_near(BodyLaw& law, std::uint32_t body) noexcept {
       if (apart <= 2 * near_m || law.slot(slot).felt().plane_count > 0) continue;
       close(law, body, other);
     } else if (apart < near_m) {
-      if (open(law, body, other)) continue;
-      is_crowded_ = true;
+      const bool has_time = opened_ < kMostOpened;
+      if (has_time && open(law, body, other)) continue;
+      is_crowded_ = is_crowded_ || has_time;
     }
     const Real room_m = std::max(apart, Real{0});
     clear_m_[body] = std::min(clear_m_[body], room_m);
@@ -249,9 +256,13 @@ AwakeSet::Candidate AwakeSet::candidate(const BodyLaw& law) noexcept {
     if (!is_lively(body)) continue;
     for (std::uint32_t other = moving_; other < count_; ++other) {
       if (slot_of(body, other) == kNoSlot) continue;
-      const Real gap = gap_m(law, body, other);
-      const bool is_nearer = best.body == kStanding || gap < best.gap_m;
-      if (gap < wake_m(body, other) && is_nearer) best = {other, body, gap};
+      const Real wake = wake_m(body, other);
+      const Real gap = gap_m(law, body, other, wake);
+      if (!(gap < wake)) continue;
+      // Others may take its place now, and what held it go away.
+      Rest& rest = rests_[member_at_[other]];
+      rest.has_settled = rest.has_settled && !members_[member_at_[other]].sinks;
+      if (best.body == kStanding || gap < best.gap_m) best = {other, body, gap};
     }
   }
   for (std::uint32_t other = moving_; other < count_ && best.body == kStanding; ++other)
@@ -269,7 +280,7 @@ std::uint32_t AwakeSet::place_for(const BodyLaw& law, const Candidate& candidate
     bool may_rest = candidate.near != kStanding || !is_lively(body);
     for (std::uint32_t other = 0; other < moving_; ++other) {
       if (other == body || !is_lively(other) || slot_of(body, other) == kNoSlot) continue;
-      const Real gap = gap_m(law, body, other);
+      const Real gap = gap_m(law, body, other, kUnbounded);
       far_m = std::min(far_m, gap);
       may_rest = may_rest && gap > candidate.gap_m + wake_m(body, other);
     }
@@ -293,6 +304,7 @@ void AwakeSet::exchange(BodyLaw& law, std::uint32_t moving, std::uint32_t restin
 void AwakeSet::choose(BodyLaw& law, Real ahead_m) noexcept {
   ahead_m_ = ahead_m;
   is_crowded_ = false;
+  opened_ = 0;
   follow_rest(law);
   clear_m_.fill(kUnbounded);
   for (std::uint32_t k = 0; k < kMostExchanges; ++k) {

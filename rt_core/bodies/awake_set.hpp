@@ -3,7 +3,7 @@
 /// Those that move in a tick, where there are more parts than may. The parts in the hands and those
 /// that an owner moves always do; loose ones take turns: those that are nearest to what moves, then
 /// those that have not yet come to rest. A part that does not move rests where it is, as hard as
-/// what stands, and nothing of what is known of its contacts is lost.
+/// what stands; what is known of its contacts with those that move stays.
 ///
 /// Two parts are asked about while they are near each other. Those that are not asked about cannot
 /// meet in the tick: none moves farther than a quarter of what is between them.
@@ -17,6 +17,9 @@
 #include "rt_core/bodies/joint_scenes.hpp"
 
 namespace haptic {
+
+/// Units of work of a tick for the choice of those that move, which takes about as long in each.
+inline constexpr std::uint32_t kTurnUnits = 256;
 
 /// Owner: the servo thread. Bodies of the law are members in an order that changes.
 class AwakeSet {
@@ -75,7 +78,8 @@ class AwakeSet {
   [[nodiscard]] bool is_lively(std::uint32_t body) const noexcept;
   [[nodiscard]] Real apart_m(const BodyLaw& law, std::uint32_t one, std::uint32_t other,
                              Real enough_m) const noexcept;
-  [[nodiscard]] Real gap_m(const BodyLaw& law, std::uint32_t one, std::uint32_t other) noexcept;
+  [[nodiscard]] Real gap_m(const BodyLaw& law, std::uint32_t one, std::uint32_t other,
+                           Real enough_m) noexcept;
   [[nodiscard]] Real wake_m(std::uint32_t one, std::uint32_t other) const noexcept;
   [[nodiscard]] bool open(BodyLaw& law, std::uint32_t one, std::uint32_t other) noexcept;
   void close(BodyLaw& law, std::uint32_t one, std::uint32_t other) noexcept;
@@ -89,6 +93,7 @@ class AwakeSet {
   std::uint32_t count_ = 0, moving_ = 0, always_ = 0;  ///< the first `always_` always move
   Real tolerance_m_ = 0, ahead_m_ = 0;
   bool is_crowded_ = false;
+  std::uint32_t opened_ = 0;  ///< pairs, in this tick
   std::array<Member, kMostBodies> members_;
   std::array<Box, kMostBodies> boxes_;
   std::array<Rest, kMostBodies> rests_;

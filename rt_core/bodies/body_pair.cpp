@@ -62,6 +62,8 @@ void BodyPair::reset(const GripPose& a, const GripPose& b) noexcept {
   proxy_.part_.pose = has_b() ? seen_from(b, parameters_.grip_b_m, a) : a;
   proxy_.part_.version += 1;
   proxy_.started_ = proxy_.out_.led_out = true;
+  proxy_.slip_.way = proxy_.slip_.came = PoseError{};
+  carry_a_ = carry_b_ = BodyMotion{};
   r_wb_ = has_b() ? b.r_wa : Mat3(Mat3::Identity());
   between_w_ = has_b() ? Vec3(a.x0_w - b.x0_w) : Vec3(Vec3::Zero());
   stays_ = true;

@@ -250,13 +250,16 @@ void BodyLaw::begin_pass(std::uint32_t number, ProxyTick& tick) noexcept {
     body.weight = std::sqrt(body.secant.k_t_n_per_m / bodies_[0].is.spring.k_t_n_per_m);
   }
   carry_all(number);
-  const auto carried = [](const Body& body) {
+  const auto carried = [](const Body& body, bool is_carried) {
+    if (!is_carried) return BodyPair::Carried{body.p, BodyMotion{}, body.error};
     return BodyPair::Carried{moved(body.p, body.carry.translation_m, body.carry.rotation_rad),
                              body.carry, body.error};
   };
   for (BodyPair& pair : pairs_) {
     const Body &a = bodies_[pair.a()], &b = of_b(pair);
-    pair.set_carried(carried(a), carried(b));
+    // One that rests is carried by nobody, and what the other does against it is all of its motion.
+    const bool is_carried = moves(pair.a()) && (!pair.has_b() || moves(pair.b()));
+    pair.set_carried(carried(a, is_carried), carried(b, is_carried));
     const BodyMotion pull = pair.relative(a.error, b.error);
     pair.begin_pass(
         number, norm_of(pull.translation_m) + pair.radius_m() * norm_of(pull.rotation_rad), tick);
@@ -277,6 +280,12 @@ void BodyLaw::lead_out(ProxyTick& tick) noexcept {
     } else {
       motion[pair.a()].translation_m += way_w;
     }
+  }
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    const Real far_m = norm_of(motion[i].translation_m);
+    const Body& body = bodies_[i];
+    if (body.most_m < kUnbounded && far_m > body.way_left_m)
+      motion[i].translation_m *= body.way_left_m / far_m;
   }
   const Step step = step_by(motion);
   for (BodyPair& pair : pairs_) set_step(pair, step);

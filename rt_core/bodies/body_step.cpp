@@ -127,6 +127,9 @@ bool BodyLaw::correct(Step& step, ProxyTick& tick) noexcept {
       for (std::uint32_t i = 0; i < count_; ++i) {
         const Vec3 way = trial.motion[i].translation_m - step.motion[i].translation_m;
         if (way.squaredNorm() > most * most) return false;
+        const Body& body = bodies_[i];
+        const bool is_limited = body.most_m < kUnbounded;
+        if (is_limited && norm_of(trial.motion[i].translation_m) > body.way_left_m) return false;
       }
       step = trial;
       return true;

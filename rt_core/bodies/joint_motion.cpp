@@ -164,10 +164,12 @@ SceneCapacity JointMotion::bounds_of_tick() const noexcept {
   for (const BodyPairScene& pair : slots_) {
     if (pair.is_open && pair.a == 0 && pair.b == kStanding) continue;  // in it already
     const SceneCapacity& more = pair.scene->header().capacity;
-    bounds.max_work_units = sum(bounds.max_work_units, more.max_work_units - p.work_units);
+    bounds.max_work_units =
+        sum(bounds.max_work_units, more.max_work_units - pair.scene->parameters().work_units);
     bounds.max_list_visits = sum(bounds.max_list_visits, more.max_list_visits);
     bounds.max_full_searches = sum(bounds.max_full_searches, more.max_full_searches);
   }
+  if (scenes_.takes_turns()) bounds.max_work_units = sum(bounds.max_work_units, kTurnUnits);
   bounds.max_proxy_passes = bounds.max_proxy_rejected = p.coupling.passes;
   bounds.max_proxy_rounds = BodyLaw::most_rounds(blocks);
   bounds.max_qp_rows = kMostBlockRows;
@@ -324,7 +326,10 @@ void JointMotion::tick() noexcept {
   std::array<GripPose, kMostMovingBodies> goals;
   for (std::uint32_t body = 0; body < law_.body_count(); ++body) goals[body] = goal_of(body);
   BodiesTick moved = law_.tick(std::span(goals).first(law_.body_count()));
-  moved.limited = moved.limited || (turns_ != nullptr && turns_->is_crowded());
+  if (turns_ != nullptr) {
+    moved.limited = moved.limited || turns_->is_crowded();
+    moved.work.search_work += kTurnUnits;
+  }
   for (std::uint32_t hand = 0; hand < hands(); ++hand) tell(hand, moved, goals[hand]);
   lead_back();
 }

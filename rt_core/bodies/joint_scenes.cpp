@@ -150,16 +150,17 @@ bool JointScenes::is_shared(std::uint32_t a, std::uint32_t b) const noexcept {
 }
 
 std::uint32_t JointScenes::shared_slots(std::uint8_t kind) const noexcept {
-  std::uint32_t pairs = 0, most = kSlotsOfKind;
+  std::uint32_t pairs = 0, always = 0, most = kSlotsOfKind;
   for (std::uint32_t a = 0; a < count_; ++a) {
     for (std::uint32_t b = 0; b <= count_; ++b) {
       const std::uint32_t other = b == count_ ? kStanding : b;
       if (this->kind(a, other) != kind || !is_shared(a, other)) continue;
-      pairs += 1;
+      const bool has_loose_only = is_loose(a) && (other == kStanding || is_loose(other));
+      (has_loose_only ? pairs : always) += 1;
       if (other == kStanding) most = kMostMovingBodies;  // one for each that moves
     }
   }
-  return std::min(pairs, most);
+  return always + std::min(pairs, most);
 }
 
 // First each hand's part with all that stands there, then with each other, then with the movers,

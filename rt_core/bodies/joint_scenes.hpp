@@ -30,7 +30,8 @@ class JointScenes {
   /// Scenes of pairs that differ, at most.
   static constexpr std::uint32_t kMostKinds = 254;
   static constexpr std::uint8_t kNone = 0xff;
-  /// Slots of a kind, where members take turns: of its pairs so many may be near each other.
+  /// Slots of a kind for two members that take turns: so many of its pairs may be near each other.
+  /// Each pair with a member that always moves has one.
   static constexpr std::uint32_t kSlotsOfKind = 48;
 
   /// Room of open() and list().

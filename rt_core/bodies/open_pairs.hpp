@@ -15,7 +15,7 @@
 namespace haptic {
 
 /// Pairs that are asked in one tick, at most.
-inline constexpr std::uint32_t kMostOpenPairs = 128;
+inline constexpr std::uint32_t kMostOpenPairs = 192;
 
 class OpenPairs {
  public:
