@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 
+#include "rt_core/scene/part_scenes.hpp"
+
 namespace haptic::tools {
 namespace {
 
@@ -25,6 +27,23 @@ void follow(bool goes_on, std::uint64_t tick, TickRun& run, TickRun& longest) no
   if (run.ticks == 0) run.begin = tick;
   run.ticks += 1;
   if (run.ticks > longest.ticks) longest = run;
+}
+
+/// The most that the guides of a scene do; of parts that are held one after another each once.
+double guide_energy_j(const SceneView& scene) noexcept {
+  const auto of = [](const SceneView& held) {
+    const GuideRecord* const guide = held.guide();
+    return guide != nullptr ? guide->energy_j : 0.0;
+  };
+  PartScenes parts;
+  if (PartScenes::open(scene, parts) != RtStatus::kOk || parts.count() == 0) return of(scene);
+  double energy_j = 0;
+  for (std::uint32_t k = 0; k < parts.count(); ++k) {
+    SceneView held;
+    if (parts.may_be_held(k) && SceneView::open(parts.scene_of(k), held) == RtStatus::kOk)
+      energy_j += of(held);
+  }
+  return energy_j;
 }
 
 }  // namespace
@@ -106,8 +125,7 @@ SessionJudge::SessionJudge(const SceneView& scene) noexcept {
   sum_.work_units = p.work_units;
   sum_.has_device = p.device.given != 0;
   observes_ = p.coupling.passivity != 0;
-  if (const GuideRecord* const guide = scene.guide(); guide != nullptr)
-    allowed_work_j_ += guide->energy_j;
+  allowed_work_j_ += guide_energy_j(scene);
 }
 
 void SessionJudge::take(const JudgedTick& tick) noexcept {
