@@ -34,17 +34,17 @@ using haptic::test::signal_process;
 
 namespace {
 
-constexpr std::uint32_t kHeld = 1;  // deadman
-constexpr double kApart_m = 0.005, kPressed_m = -0.0185;
+constexpr std::uint32_t kDeadmanHeld = 1;  // deadman
+constexpr double kBlocksApart_m = 0.005, kBlockPressed_m = -0.0185;
 constexpr double kFelt_n = 1.5;
 constexpr double kMostStep_n = 4.0;  // of the slew limit in two periods
-constexpr double kUnit_n = 0.01;
-constexpr int kTries = 6;
+constexpr double kHandedUnit_n = 0.01;
+constexpr int kBusyTries = 6;
 constexpr std::int64_t kMs = 1'000'000;
 
 void sleep_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
 
-bool comes(const std::function<bool()>& holds, int within_ms = 20'000) {
+bool comes_true_within(const std::function<bool()>& holds, int within_ms = 20'000) {
   const std::int64_t end_ns = hal::monotonic_ns() + within_ms * kMs;
   while (!holds()) {
     if (hal::monotonic_ns() > end_ns) return false;
@@ -104,24 +104,25 @@ class TwoDevices {
   }
 
   /// Releases the switches, holds them, and brings the upper part down on the lower one.
-  bool press(std::initializer_list<std::size_t> which, double to_m = kPressed_m) {
-    for (const std::size_t k : which) device(k).hold(kApart_m, 0);
+  bool press(std::initializer_list<std::size_t> which, double to_m = kBlockPressed_m) {
+    for (const std::size_t k : which) device(k).hold(kBlocksApart_m, 0);
     sleep_ms(150);
-    for (const std::size_t k : which) device(k).hold(kApart_m, kHeld);
+    for (const std::size_t k : which) device(k).hold(kBlocksApart_m, kDeadmanHeld);
     sleep_ms(250);
     for (const std::size_t k : which)
-      if (k == 0) device(k).hold(to_m, kHeld);
-    return comes([&] { return forces_n()[0] > kFelt_n && forces_n()[1] > kFelt_n; }, 3000);
+      if (k == 0) device(k).hold(to_m, kDeadmanHeld);
+    return comes_true_within([&] { return forces_n()[0] > kFelt_n && forces_n()[1] > kFelt_n; },
+                             3000);
   }
   [[nodiscard]] bool is_held() {
-    return comes([&] { return device(0).hosts() == 1 && device(1).hosts() == 1; });
+    return comes_true_within([&] { return device(0).hosts() == 1 && device(1).hosts() == 1; });
   }
   [[nodiscard]] std::array<double, 2> forces_n() const {
     return {devices_[0] ? devices_[0]->handed_n() : 0.0,
             devices_[1] ? devices_[1]->handed_n() : 0.0};
   }
   [[nodiscard]] int exit_code(int within_ms = 20'000) {
-    (void)comes([&] { return program_->exit_code().has_value(); }, within_ms);
+    (void)comes_true_within([&] { return program_->exit_code().has_value(); }, within_ms);
     return program_->exit_code().value_or(-1);
   }
   [[nodiscard]] bool was_late() const {
@@ -153,7 +154,7 @@ void check_ramp(const WireRecord& wire, std::int64_t fault_ns) {
   double step_n = 0;
   for (std::size_t k = 1; k < forces.size(); ++k)
     step_n = std::max(step_n, std::abs(forces[k] - forces[k - 1]));
-  CHECK(step_n <= kMostStep_n + kUnit_n);
+  CHECK(step_n <= kMostStep_n + kHandedUnit_n);
   CHECK(forces.back() == 0.0);
   const auto zero = std::find(forces.begin(), forces.end(), 0.0);
   CHECK(std::all_of(zero, forces.end(), [](double force_n) { return force_n == 0.0; }));
@@ -161,9 +162,9 @@ void check_ramp(const WireRecord& wire, std::int64_t fault_ns) {
 
 /// Both press, then `play` has them; again where the machine was too busy for the loop until then.
 void with_force(const std::function<void(TwoDevices&)>& play) {
-  for (int tried = 1; tried <= kTries; ++tried) {
+  for (int tried = 1; tried <= kBusyTries; ++tried) {
     TwoDevices both;
-    const bool last = tried == kTries;
+    const bool last = tried == kBusyTries;
     if (!both.is_held()) FAIL("run_device does not take both: " << both.program().said());
     sleep_ms(50);
     const bool pressed = both.press({0, 1});
@@ -199,7 +200,7 @@ TEST_SUITE("host_sim.two_devices") {
       }
       // Plugged in again it is armed again, from where its part is.
       both.plug(0);
-      CHECK(comes([&] { return both.device(0).hosts() == 1; }));
+      CHECK(comes_true_within([&] { return both.device(0).hosts() == 1; }));
       CHECK(both.press({0}));
       REQUIRE(both.program().signal(ProgramPart::kGuardian, SIGTERM));
       CHECK(both.exit_code() == 0);
@@ -248,7 +249,7 @@ TEST_SUITE("host_sim.two_devices") {
         check_ramp(both.wire(k), fault_ns);
       }
       // The parts begin where they start once more, while the handle is down.
-      CHECK(both.press({0, 1}, kPressed_m + kPressed_m - kApart_m));
+      CHECK(both.press({0, 1}, kBlockPressed_m + kBlockPressed_m - kBlocksApart_m));
       REQUIRE(both.program().signal(ProgramPart::kGuardian, SIGTERM));
       CHECK(both.exit_code() == 1);
     });
@@ -271,7 +272,7 @@ TEST_SUITE("host_sim.two_devices") {
     with_force([](TwoDevices& both) {
       const pid_t guardian = both.program().pid(ProgramPart::kGuardian);
       signal_process(child_named(guardian, "haptic-zero-2"), SIGKILL);
-      CHECK(comes([&] {
+      CHECK(comes_true_within([&] {
         return has(both.program().said(), "device 2: the zero-keeper: killed by signal 9");
       }));
       sleep_ms(100);

@@ -132,7 +132,7 @@ class UsbipDevice {
   hal::LocalLink link_;
 };
 
-std::vector<MotionSample> motion_of(const std::string& script) {
+std::vector<MotionSample> hand_motion_of(const std::string& script) {
   MotionScript read = read_motion_script(std::string(HAPTIC_SCENES_DIR) + "/two_hands/" + script);
   read.rate_hz = kHostRate_hz;
   return make_motion(read);
@@ -147,8 +147,8 @@ TEST_SUITE("host_sim.two_usbip") {
     CoreSession session(tools::compile_scene(file, {}).bytes, "two_hands");
     REQUIRE(session.hands() != nullptr);
     REQUIRE(session.hands()->count() == 2);
-    const std::array<std::vector<MotionSample>, 2> motions{motion_of("motion.toml"),
-                                                           motion_of("socket.toml")};
+    const std::array<std::vector<MotionSample>, 2> motions{hand_motion_of("motion.toml"),
+                                                           hand_motion_of("socket.toml")};
     std::int64_t now_ns = 1'000'000'000;
     UsbipDevice first(session, 0, motions[0], now_ns), second(session, 1, motions[1], now_ns);
     TwoHandTick tick(*session.hands(), {first.parameters, second.parameters}, {});
