@@ -84,7 +84,7 @@ TEST_SUITE("host_sim.bodies_study") {
       CHECK(depth_um >= 0);
       if (is_law && touches) CHECK(figure_of(study.rows[k], "units_largest") > 0);
       if (is_law || !touches) CHECK(depth_um < 0.2);
-      if (!is_law && touches) CHECK(depth_um > 1);
+      if (!is_law && touches) CHECK(depth_um > 0.2);
     }
   }
 
