@@ -11,7 +11,7 @@ RtStatus Hands::begin(const PartScenes& parts, const Each<PartHand::Room>& rooms
 }
 
 RtStatus Hands::open_law(const PartScenes& parts, std::span<std::byte> memory) noexcept {
-  HeldParts held;
+  PartsInHands held;
   held.count = kMostHands;
   for (std::uint32_t k = 0; k < kMostHands; ++k) {
     held.part[k] = k;

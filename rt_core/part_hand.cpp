@@ -44,7 +44,7 @@ bool is_let_go(const StepResult& result) noexcept {
 RtStatus PartHand::open_law(std::uint32_t part, Side& side) noexcept {
   side.motion = nullptr;
   if (parts_->driven().empty()) return RtStatus::kOk;
-  HeldParts held;
+  PartsInHands held;
   held.part[0] = part;
   held.scene[0] = &side.view;
   const RtStatus status = JointMotion::create(side.room.law, *parts_, held, *driven_, side.motion);

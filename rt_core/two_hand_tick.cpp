@@ -6,7 +6,12 @@ namespace haptic {
 std::array<ServoResult, kMostHands> TwoHandTick::step(
     const std::array<ServoInput, kMostHands>& inputs) noexcept {
   const std::array<bool, kMostHands> felt{ticks_[0].is_felt(), ticks_[1].is_felt()};
-  const bool stopped = ticks_[0].is_stopped(inputs[0]) || ticks_[1].is_stopped(inputs[1]);
+  // The last word of a device that is away stops nobody but its own hand.
+  const auto stops_both = [&](std::uint32_t k) {
+    const bool is_there = inputs[k].state.link == LinkState::kReady;
+    return is_there ? ticks_[k].is_stopped(inputs[k]) : inputs[k].emergency_stop;
+  };
+  const bool stopped = stops_both(0) || stops_both(1);
   hands_->follow({inputs[0].driven, inputs[0].now_ns, felt[0] || felt[1]});
   std::array<ServoInput, kMostHands> given = inputs;
   std::array<ServoTick::Opened, kMostHands> opened;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/commands/stage_plans.hpp"
 
+#include <sys/wait.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
@@ -122,6 +124,11 @@ StageRow plan_stage(const tools::AssemblyStages& assembly, std::size_t stage, co
   if (goal && !(*goal == asked)) {
     row.settled_m = (tools::place_of(*goal) - tools::place_of(asked)).norm();
     task.goal_wa = way.part().mesh_pose(*goal);
+    if (row.settled_m > tools::kSamePlanEnd * way.part().radius_m()) {
+      row.failure = tools::formatted("it overlaps at its goal by %.3g um, and is free at %s",
+                                     1e6 * depth_m, pose_as_option(task.goal_wa).c_str());
+      return row;
+    }
   }
   const tools::PlanEnds ends =
       checked_ends(task.view, way.part(), way.prover(),
@@ -146,7 +153,7 @@ StageRow plan_stage(const tools::AssemblyStages& assembly, std::size_t stage, co
       task.view, way.part(), way.prover(), ends.start, ends.goal, limits, say_progress);
   row.how = to_text(tools::WayKind::kSearch);
   if (!result.found) {
-    say_failure(task.view, way.part(), result, ends.turned);
+    if (!o.json) say_failure(task.view, way.part(), result, ends.turned);
     row.failure = tools::formatted("no plan found in %.0f s", result.state.seconds);
     return row;
   }
@@ -319,6 +326,9 @@ CompiledOrder compile_order(const AssemblyFile& file, const std::vector<OrderedP
   const std::string err = folder.file("err");
   const int status = run_to_end({program_beside("graph_compiler"), toml, "-o", scene, "--quiet"},
                                 folder.file("out"), err);
+  const bool is_refused = WIFEXITED(status) && WEXITSTATUS(status) != tools::kExitDeviceOrOs;
+  if (status < 0 || (status != 0 && !is_refused))
+    throw tools::OsError("graph_compiler did not run to its end: " + last_line(file_text(err)));
   if (status != 0)
     throw tools::InputError("the scene of the order that was found is refused by graph_compiler: " +
                             last_line(file_text(err)));

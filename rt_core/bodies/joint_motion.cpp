@@ -67,7 +67,7 @@ std::size_t JointMotion::state_bytes(const PartScenes& parts, const JointScenes&
 
 /// As state_bytes() counts it; each room is taken once it is known to fit into `bytes`.
 RtStatus JointMotion::place(Arena& arena, std::size_t bytes, const PartScenes& parts,
-                            const HeldParts& held) noexcept {
+                            const PartsInHands& held) noexcept {
   const JointScenes::Counts counts = JointScenes::count(parts, held);
   Arena counting;
   count_rooms(counting, counts);
@@ -181,7 +181,7 @@ SceneCapacity JointMotion::bounds_of_tick() const noexcept {
 }
 
 RtStatus JointMotion::create(std::span<std::byte> memory, const PartScenes& parts,
-                             const HeldParts& held, DrivenParts& movers,
+                             const PartsInHands& held, DrivenParts& movers,
                              JointMotion*& motion) noexcept {
   motion = nullptr;
   if (reinterpret_cast<std::uintptr_t>(memory.data()) % kLawAlignment != 0)

@@ -39,7 +39,7 @@ class JointMotion {
   /// kMemoryMisaligned; as JointScenes::open. Cost: O(bytes of the scenes), no heap. Not for the
   /// servo loop.
   [[nodiscard]] static RtStatus create(std::span<std::byte> memory, const PartScenes& parts,
-                                       const HeldParts& held, DrivenParts& movers,
+                                       const PartsInHands& held, DrivenParts& movers,
                                        JointMotion*& motion) noexcept;
 
   /// Where a hand leads its part, from the next tick on. Each must have been led once before it.
@@ -64,7 +64,7 @@ class JointMotion {
   explicit JointMotion(DrivenParts& parts) noexcept : parts_(&parts) {}
   static void count_rooms(Arena& arena, JointScenes::Counts counts) noexcept;
   [[nodiscard]] RtStatus place(Arena& arena, std::size_t bytes, const PartScenes& parts,
-                               const HeldParts& held) noexcept;
+                               const PartsInHands& held) noexcept;
   void configure() noexcept;
   void configure_turns(Real tolerance_m) noexcept;
   [[nodiscard]] MovingBody body_of(std::uint32_t member) const noexcept;

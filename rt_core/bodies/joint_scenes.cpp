@@ -21,7 +21,7 @@ bool is_same_part(const SceneView& one, const SceneView& other) noexcept {
          std::equal(a.reference_m, a.reference_m + 3, b.reference_m);
 }
 
-bool is_held(const HeldParts& held, std::uint32_t part) noexcept {
+bool is_held(const PartsInHands& held, std::uint32_t part) noexcept {
   const auto end = held.part.begin() + held.count;
   return std::find(held.part.begin(), end, part) != end;
 }
@@ -37,7 +37,7 @@ bool JointScenes::is_loose(std::uint32_t member) const noexcept {
 }
 
 /// A mover has a place in the law: it is loose, or may meet a part in a hand or a loose one.
-bool JointScenes::meets(const PartScenes& parts, const HeldParts& held,
+bool JointScenes::meets(const PartScenes& parts, const PartsInHands& held,
                         std::uint32_t part) noexcept {
   if (parts[part].role == PartRole::kLoose) return true;
   return std::any_of(parts.pairs().begin(), parts.pairs().end(), [&](const BodyPairRecord& pair) {
@@ -45,7 +45,7 @@ bool JointScenes::meets(const PartScenes& parts, const HeldParts& held,
   });
 }
 
-JointScenes::Counts JointScenes::count(const PartScenes& parts, const HeldParts& held) noexcept {
+JointScenes::Counts JointScenes::count(const PartScenes& parts, const PartsInHands& held) noexcept {
   Counts counts;
   const std::size_t most = held.count + parts.driven().size();
   counts.kinds = most * (most + 1);
@@ -104,7 +104,7 @@ RtStatus JointScenes::open_kind(std::span<const std::byte> bytes, std::span<Scen
   return SceneView::open(bytes, view);
 }
 
-RtStatus JointScenes::open(const PartScenes& parts, const HeldParts& held,
+RtStatus JointScenes::open(const PartScenes& parts, const PartsInHands& held,
                            std::span<SceneView> views, std::span<std::uint8_t> kinds) noexcept {
   parts_ = &parts;
   held_ = held;

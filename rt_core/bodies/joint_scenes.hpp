@@ -16,7 +16,7 @@
 namespace haptic {
 
 /// The parts that the hands hold, and the scene in which each is held.
-struct HeldParts {
+struct PartsInHands {
   std::uint32_t count = 1;
   std::array<std::uint32_t, kMostHands> part{};
   std::array<const SceneView*, kMostHands> scene{};
@@ -40,12 +40,12 @@ class JointScenes {
     std::size_t kinds = 0;
   };
   /// Cost: O(pairs of parts times kinds).
-  [[nodiscard]] static Counts count(const PartScenes& parts, const HeldParts& held) noexcept;
+  [[nodiscard]] static Counts count(const PartScenes& parts, const PartsInHands& held) noexcept;
 
   /// Opens the scenes in `views`, and tells members and kinds. Both rooms outlive this.
   /// @return kOk; what SceneView::open finds; kBlobBadNumber where two scenes of a part do not
   /// agree; kBlobBadCount for too many of them. Not for the servo loop.
-  [[nodiscard]] RtStatus open(const PartScenes& parts, const HeldParts& held,
+  [[nodiscard]] RtStatus open(const PartScenes& parts, const PartsInHands& held,
                               std::span<SceneView> views, std::span<std::uint8_t> kinds) noexcept;
 
   [[nodiscard]] std::uint32_t hands() const noexcept { return held_.count; }
@@ -73,7 +73,7 @@ class JointScenes {
   }
   [[nodiscard]] const SceneView& scene(std::uint8_t kind) const noexcept { return *views_[kind]; }
   [[nodiscard]] std::uint32_t kind_count() const noexcept { return kind_count_; }
-  [[nodiscard]] const HeldParts& held() const noexcept { return held_; }
+  [[nodiscard]] const PartsInHands& held() const noexcept { return held_; }
 
   /// The slots of the law's pairs: those of members that always move first, and open; where all do
   /// these are all. Then those of each kind that members which take turns share.
@@ -83,7 +83,7 @@ class JointScenes {
   [[nodiscard]] std::uint32_t shared_slots(std::uint8_t kind) const noexcept;
 
  private:
-  [[nodiscard]] static bool meets(const PartScenes& parts, const HeldParts& held,
+  [[nodiscard]] static bool meets(const PartScenes& parts, const PartsInHands& held,
                                   std::uint32_t part) noexcept;
   void find_members(const PartScenes& parts) noexcept;
   [[nodiscard]] RtStatus open_kind(std::span<const std::byte> bytes, std::span<SceneView> views,
@@ -91,7 +91,7 @@ class JointScenes {
   [[nodiscard]] bool is_shared(std::uint32_t a, std::uint32_t b) const noexcept;
 
   const PartScenes* parts_ = nullptr;
-  HeldParts held_;
+  PartsInHands held_;
   std::uint32_t count_ = 0, kind_count_ = 0, opened_ = 0;
   std::array<std::uint8_t, kMostMembers> mover_{};
   std::array<const SceneView*, kMostKinds> views_{};

@@ -14,6 +14,10 @@
 
 namespace haptic::tools {
 
+/// The ends of a stage's plan lie where its part starts and at its goal, but for this share of the
+/// part's radius.
+inline constexpr double kSamePlanEnd = 1.0e-4;
+
 /// The scene in which `part` moves and the others stand at `places`, by part.
 /// @throws InputError where the part may not be held, or a place is none.
 [[nodiscard]] SceneBytes scene_with_places(const PartScenes& parts, std::uint32_t part,

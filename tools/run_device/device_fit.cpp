@@ -194,8 +194,9 @@ class Fit {
       std::ranges::fill(d.rotor_inertia_kg_m2, d.mass_kg * r2);
       std::ranges::fill(d.rotor_damping_nms_per_rad, d.damping_ns_per_m * r2);
     }
-    p.rate_hz = 1 / period_s();
-    const double late_s = q_.report_clocked ? 0.5 * period_s() : period_s();
+    const double tick_s = q_.longest_tick * period_s();
+    p.rate_hz = 1 / tick_s;
+    const double late_s = q_.report_clocked ? 0.5 * tick_s : tick_s;
     d.delay_s = std::max(d.delay_s, late_s);
     d = in_scene_units(d, q_.scale);
     return p;

@@ -23,6 +23,8 @@ struct FitQuestion {
   std::int64_t loop_period_ns = 1'000'000;
   bool report_clocked = false;
   bool accept_unbudgeted = false;
+  /// Periods that a tick may take while another device, whose reports clock the loop, is away.
+  double longest_tick = 1;
 };
 
 [[nodiscard]] FitQuestion fit_question(const SceneView& scene, double scale,
@@ -37,10 +39,11 @@ struct FitAnswer {
 /// The device feels the scene's stiffness and damping times scale^2 (F_d = s F_w, x_w = s x_d).
 /// - Stiffest contact state and damping beyond what the device states: refused.
 /// - Passivity budget against the connected device, in the loop's own time: sampled every loop or
-///   report period, the longer; delayed by one of them (half of one if clocked by reports) or by
-///   the scene's delay_s, the longer. Mass and damping are the device's; what it does not state is
-///   taken from the scene's [device]. Turns count where it drives them. Beyond the budget, or no
-///   mass known: refused, unless accept_unbudgeted or the scene's own allow_active.
+///   report period, the longer, as many times that as a tick may take; delayed by one of them (half
+///   of one if clocked by reports) or by the scene's delay_s, the longer. Mass and damping are the
+///   device's; what it does not state is taken from the scene's [device]. Turns count where it
+///   drives them. Beyond the budget, or no mass known: refused, unless accept_unbudgeted or the
+///   scene's own allow_active.
 /// - Clocked by reports, the loop asks for more of them than the device delivers: refused. Reports
 ///   come as often as the device states and the bus looks for them (bInterval), the slower of the
 ///   two.

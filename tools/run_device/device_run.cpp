@@ -155,6 +155,11 @@ bool Run::wait_for_servo() {
       account_.why = "stopped before the loop began";
       return false;
     }
+    if (news == hal::GuardianNews::kKeeperEnded) {
+      account_.exit_code = kExitDeviceOrOs;
+      account_.why = "the process that keeps the device at zero ended before the loop began";
+      return false;
+    }
     at_work_ = news != hal::GuardianNews::kServoEnded;
     if (!at_work_ || hal::monotonic_ns() > end_ns) {
       account_.exit_code = kExitDeviceOrOs;

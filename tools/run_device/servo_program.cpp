@@ -161,11 +161,14 @@ class TickWatcher {
   bool begun_ = false, counted_ = false;  ///< the newest tick
 };
 
+/// Clocked by reports, a tick waits for one no longer.
+std::int64_t report_wait_ns(const LoopConfig& loop) { return loop.period_ns + loop.period_ns / 2; }
+
 hal::ServoLoopSettings loop_settings(const LoopConfig& loop) {
   hal::ServoLoopSettings settings;
   settings.period_ns = loop.period_ns;
   settings.report_clocked = loop.report_clocked;
-  settings.report_wait_ns = loop.period_ns + loop.period_ns / 2;
+  settings.report_wait_ns = report_wait_ns(loop);
   return settings;
 }
 
@@ -296,9 +299,13 @@ FitQuestion fit_question(const DeviceConfig& config, const SceneBytes& scene, st
   CoreInMemory own;
   // It was opened before: read_usable_scene.
   if (own.open(scene.span()) != RtStatus::kOk) return {};
-  return fit_question(own.view_of(device),
-                      static_cast<double>(config.devices[device].servo.map.scale),
-                      config.loop.period_ns, clocks_loop(config, device), config.accept_unbudgeted);
+  FitQuestion question =
+      fit_question(own.view_of(device), static_cast<double>(config.devices[device].servo.map.scale),
+                   config.loop.period_ns, clocks_loop(config, device), config.accept_unbudgeted);
+  if (config.loop.report_clocked && !clocks_loop(config, device))
+    question.longest_tick = static_cast<double>(report_wait_ns(config.loop)) /
+                            static_cast<double>(config.loop.period_ns);
+  return question;
 }
 
 SceneBytes read_usable_scene(const DeviceConfig& config) {

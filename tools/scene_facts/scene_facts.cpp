@@ -6,6 +6,7 @@
 #include "rt_core/haptic_core.hpp"
 #include "rt_core/scene/part_scenes.hpp"
 #include "tools/common/changed_scene.hpp"
+#include "tools/common/error.hpp"
 #include "tools/common/held_parts.hpp"
 #include "tools/common/movers.hpp"
 #include "tools/graph_compiler/graph/stored_graphs.hpp"
@@ -149,7 +150,8 @@ PartPairFacts part_pair(const PartScenes& parts, std::uint32_t a, std::string b,
 PartsFacts parts_facts(const SceneView& view, const PartScenes& parts) {
   PartsFacts facts;
   facts.hands = parts.hands();
-  facts.moving = facts.hands + static_cast<std::uint32_t>(parts.driven().size());
+  facts.moving =
+      std::min(facts.hands + static_cast<std::uint32_t>(parts.driven().size()), kMostMoving);
   facts.rooms = kMostHands;
   facts.scene_bytes = parts.most_bytes();
   facts.state_bytes = parts.most_state_bytes();
@@ -164,8 +166,11 @@ PartsFacts parts_facts(const SceneView& view, const PartScenes& parts) {
     }
   }
   std::unique_ptr<HeldParts> held;
-  if (HeldParts::open(view, held) == RtStatus::kOk && held != nullptr)
-    facts.bounds = held->hands.bounds();
+  const RtStatus status = HeldParts::open(view, held);
+  if (status != RtStatus::kOk)
+    throw InputError(std::string("the parts of the scene are refused: ") + to_text(status) +
+                     "; compile it again");
+  if (held != nullptr) facts.bounds = held->hands.bounds();
   return facts;
 }
 

@@ -189,7 +189,7 @@ TEST_SUITE("tools.driven_parts") {
     const Pushed scene(pushed_parts());
     for (const std::uint32_t part : {0u, 3u}) {
       const SceneView held_scene = scene.held(part);
-      HeldParts held;
+      PartsInHands held;
       held.part[0] = part;
       held.scene[0] = &held_scene;
       DrivenParts movers;

@@ -54,7 +54,7 @@ struct OpenedParts {
 /// State of the law of `part`, which may be held, among others that move, and with that of a second
 /// hand where there is one.
 std::uint32_t law_bytes(const PartScenes& parts, std::uint32_t part) {
-  HeldParts held;
+  PartsInHands held;
   held.count = parts.hands();
   std::array<std::unique_ptr<const OpenedScene>, kMostHands> opened;
   for (std::uint32_t hand = 0; hand < held.count; ++hand) {

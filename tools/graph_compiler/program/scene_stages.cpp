@@ -19,9 +19,6 @@
 namespace haptic::tools {
 namespace {
 
-/// A plan's end may lie off the pose that it is of by this share of the part's radius.
-constexpr double kSamePose = 1.0e-4;
-
 /// The grip point of the moving part where its mesh frame is at `place`.
 PlanPose grip_pose(const SceneView& scene, const PartPlace& place) {
   const double* const q = place.q_wa_xyzw;
@@ -36,7 +33,7 @@ void require_ends(const std::string& file, const SceneView& scene, const PartPla
   const Plan plan = read_plan(file);
   const auto require = [&](const PlanPose& end, const PartPlace& place, const char* what) {
     const double off_m = step_length_m(end, grip_pose(scene, place), plan.length_m);
-    if (off_m <= kSamePose * plan.length_m) return;
+    if (off_m <= kSamePlanEnd * plan.length_m) return;
     throw InputError(file + formatted(": the plan does not %s, but %.4g mm off, a turn of 1 rad "
                                       "counted as %.4g mm; make it with host_sim plan --stage",
                                       what, 1e3 * off_m, 1e3 * plan.length_m));

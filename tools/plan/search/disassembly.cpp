@@ -179,7 +179,7 @@ class TakingApart {
       candidates_[waiting[k]].reset();
       Candidate& of = candidate(waiting[k]);
       const double gap_m = of.way->prover().clearance(of.at).gap_m;
-      // Of several alike the largest, which is the last.
+      // The largest of several alike, which is the last.
       if (gap_m <= least_m) nearest = k;
       least_m = std::min(least_m, gap_m);
       places_[waiting[k]] = away;
