@@ -54,7 +54,9 @@ void check_proved(const std::string& file, const std::string& plans) {
   REQUIRE(!compiled.scene.stages.empty());
   for (std::size_t k = 1; k <= compiled.scene.stages.size(); ++k) {
     CAPTURE(k);
-    const tools::SceneBytes bytes{tools::stage_scene(compiled, k)};
+    tools::CompiledScene stage = compiled;
+    tools::take_stage(stage, k);
+    const tools::SceneBytes bytes{stage.bytes};
     SceneView view;
     REQUIRE(SceneView::open(bytes.span(), view) == RtStatus::kOk);
     const std::string name = plans + "/" + std::to_string(k) + ".plan";

@@ -82,6 +82,7 @@ int compile(const Arguments& arguments) {
     return kExitCheckFailed;
   }
   line.clear();
+  if (arguments.stage > 0) take_stage(compiled, arguments.stage);
   if (arguments.certified) {
     const std::vector<std::string> reasons = unproven_of(compiled);
     for (const std::string& reason : reasons) {
@@ -90,7 +91,6 @@ int compile(const Arguments& arguments) {
     if (!reasons.empty()) return kExitCheckFailed;
   }
 
-  if (arguments.stage > 0) compiled.bytes = stage_scene(compiled, arguments.stage);
   std::vector<PendingFile> files{{arguments.output, std::span(compiled.bytes)}};
   std::string json, header;
   if (has_traits) {

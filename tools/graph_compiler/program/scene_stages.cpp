@@ -9,6 +9,8 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
@@ -133,7 +135,7 @@ void add_stages(CompiledScene& compiled) {
   compiled.bytes = with_guides(view, guides);
 }
 
-std::vector<std::byte> stage_scene(const CompiledScene& compiled, std::size_t number) {
+void take_stage(CompiledScene& compiled, std::size_t number) {
   const SceneBytes whole{compiled.bytes};
   SceneView view;
   if (SceneView::open(whole.span(), view) != RtStatus::kOk)
@@ -146,8 +148,13 @@ std::vector<std::byte> stage_scene(const CompiledScene& compiled, std::size_t nu
         (count == 0 ? "add [[stage]] tables" : "number them from 1"));
   }
   const AssemblyStages assembly(view, compiled.scene.file);
+  const std::uint32_t part = assembly.stages()[number - 1].part;
+  std::vector<PartReport> reports{compiled.parts[part]};
+  for (const std::uint32_t other : assembly.parts().others_of(part))
+    reports.push_back(compiled.parts[other]);
   const SceneBytes alone = assembly.scene_at(number - 1);
-  return {alone.span().begin(), alone.span().end()};
+  compiled.bytes.assign(alone.span().begin(), alone.span().end());
+  compiled.parts = std::move(reports);
 }
 
 }  // namespace haptic::tools

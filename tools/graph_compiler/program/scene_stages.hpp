@@ -22,8 +22,8 @@ std::string lay_apart(SceneFile& scene, const std::vector<PartBall>& balls);
 /// @throws InputError as make_guide; where a plan leads elsewhere.
 void add_stages(CompiledScene& compiled);
 
-/// The scene of stage `number`, from 1, with one moving part. @throws InputError where there is no
-/// such stage.
-[[nodiscard]] std::vector<std::byte> stage_scene(const CompiledScene& compiled, std::size_t number);
+/// In place of the scene that of its stage `number`, from 1, with one moving part, and of the parts
+/// those that are in it. @throws InputError where there is no such stage.
+void take_stage(CompiledScene& compiled, std::size_t number);
 
 }  // namespace haptic::tools
