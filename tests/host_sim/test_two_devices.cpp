@@ -126,7 +126,8 @@ class TwoDevices {
     return program_->exit_code().value_or(-1);
   }
   [[nodiscard]] bool was_late() const {
-    return has(program_->said(), "came too late") || has(program_->said(), "too old");
+    const std::string said = program_->said();
+    return has(said, "came too late") || has(said, "was not renewed") || has(said, "was too old");
   }
 
  private:
@@ -160,31 +161,30 @@ void check_ramp(const WireRecord& wire, std::int64_t fault_ns) {
   CHECK(std::all_of(zero, forces.end(), [](double force_n) { return force_n == 0.0; }));
 }
 
-/// Both press, then `play` has them; again where the machine was too busy for the loop until then.
-void with_force(const std::function<void(TwoDevices&)>& play) {
+/// Both press, then `play` has them; again where the machine was too busy for the loop, which
+/// `play` says by false.
+void with_force(const std::function<bool(TwoDevices&)>& play) {
   for (int tried = 1; tried <= kBusyTries; ++tried) {
     TwoDevices both;
-    const bool last = tried == kBusyTries;
     if (!both.is_held()) FAIL("run_device does not take both: " << both.program().said());
     sleep_ms(50);
     const bool pressed = both.press({0, 1});
-    if ((!pressed || both.was_late()) && !last) continue;
+    if (pressed) sleep_ms(300);  // until the hands rest
+    if ((!pressed || both.was_late()) && tried < kBusyTries) continue;
     const std::string said = both.program().said();
     INFO(
         "run_device says: " << said.substr(said.size() - std::min<std::size_t>(said.size(), 3000)));
     REQUIRE(pressed);
-    sleep_ms(300);  // until the hands rest
-    if (both.was_late() && !last) continue;
-    play(both);
-    return;
+    if (play(both)) return;
   }
+  FAIL("the machine was too busy for the loop in each try");
 }
 
 }  // namespace
 
 TEST_SUITE("host_sim.two_devices") {
   TEST_CASE("each is handed what the other one is; one that is lost leaves the other its force") {
-    with_force([](TwoDevices& both) {
+    with_force([](TwoDevices& both) -> bool {
       const std::array<double, 2> before_n = both.forces_n();
       CHECK(std::abs(before_n[0] - before_n[1]) < 0.1);
       const std::int64_t fault_ns = hal::monotonic_ns();
@@ -192,25 +192,30 @@ TEST_SUITE("host_sim.two_devices") {
       sleep_ms(600);
       CHECK(has(both.program().said(), "device 1: the device is away"));
       CHECK_FALSE(has(both.program().said(), "device 2: the device is away"));
+      if (both.was_late()) return false;
+      // A tick that is late for a period or two lets the force decay for as long.
       const std::vector<double> forces = handed_since(both.wire(1), fault_ns);
       REQUIRE(forces.size() > 100);
-      for (const double force_n : forces) {
-        REQUIRE(force_n > 0.5 * before_n[1]);
-        REQUIRE(force_n < 1.5 * before_n[1]);
-      }
+      const auto is_off = [&](double force_n) {
+        return force_n < 0.7 * before_n[1] || force_n > 1.3 * before_n[1];
+      };
+      CHECK(std::ranges::count_if(forces, is_off) <= std::ssize(forces) / 20);
+      CHECK(std::ranges::find(forces, 0.0) == forces.end());
+      CHECK_FALSE(has(both.program().said(), "device 2: disarm"));
       // Plugged in again it is armed again, from where its part is.
       both.plug(0);
       CHECK(comes_true_within([&] { return both.device(0).hosts() == 1; }));
       CHECK(both.press({0}));
       REQUIRE(both.program().signal(ProgramPart::kGuardian, SIGTERM));
       CHECK(both.exit_code() == 0);
+      return true;
     });
   }
 
   TEST_CASE("the emergency stop of either releases both, until both are pressed again") {
     for (const std::size_t stopped : {0u, 1u}) {
       CAPTURE(stopped);
-      with_force([stopped](TwoDevices& both) {
+      with_force([stopped](TwoDevices& both) -> bool {
         const std::int64_t fault_ns = hal::monotonic_ns();
         both.device(stopped).press_emergency_stop(true);
         sleep_ms(600);
@@ -222,12 +227,13 @@ TEST_SUITE("host_sim.two_devices") {
         CHECK(has(both.program().said(), "device 2: faulted"));
         both.device(stopped).press_emergency_stop(false);
         CHECK(both.press({0, 1}));
+        return true;
       });
     }
   }
 
   TEST_CASE("both lost: the run waits for them, and ends in order when asked") {
-    with_force([](TwoDevices& both) {
+    with_force([](TwoDevices& both) -> bool {
       both.unplug(0);
       both.unplug(1);
       sleep_ms(400);
@@ -236,11 +242,12 @@ TEST_SUITE("host_sim.two_devices") {
       CHECK_FALSE(both.program().exit_code().has_value());
       REQUIRE(both.program().signal(ProgramPart::kGuardian, SIGTERM));
       CHECK(both.exit_code() == 0);
+      return true;
     });
   }
 
   TEST_CASE("a killed servo process: both ramp to zero, and the spare serves both") {
-    with_force([](TwoDevices& both) {
+    with_force([](TwoDevices& both) -> bool {
       const std::int64_t fault_ns = hal::monotonic_ns();
       REQUIRE(both.program().signal(ProgramPart::kServo, SIGKILL));
       sleep_ms(600);
@@ -252,11 +259,12 @@ TEST_SUITE("host_sim.two_devices") {
       CHECK(both.press({0, 1}, kBlockPressed_m + kBlockPressed_m - kBlocksApart_m));
       REQUIRE(both.program().signal(ProgramPart::kGuardian, SIGTERM));
       CHECK(both.exit_code() == 1);
+      return true;
     });
   }
 
   TEST_CASE("a killed guardian: the zero-keeper of each takes its force away") {
-    with_force([](TwoDevices& both) {
+    with_force([](TwoDevices& both) -> bool {
       REQUIRE(both.program().signal(ProgramPart::kGuardian, SIGKILL));
       sleep_ms(200);
       for (const std::size_t k : {0u, 1u}) {
@@ -265,11 +273,12 @@ TEST_SUITE("host_sim.two_devices") {
         REQUIRE_FALSE(wire.commands.empty());
         CHECK_FALSE(wire.commands.back().drives_on);
       }
+      return true;
     });
   }
 
   TEST_CASE("a killed zero-keeper is said with its device, and the run goes on") {
-    with_force([](TwoDevices& both) {
+    with_force([](TwoDevices& both) -> bool {
       const pid_t guardian = both.program().pid(ProgramPart::kGuardian);
       signal_process(child_named(guardian, "haptic-zero-2"), SIGKILL);
       CHECK(comes_true_within([&] {
@@ -278,6 +287,7 @@ TEST_SUITE("host_sim.two_devices") {
       sleep_ms(100);
       CHECK(both.forces_n()[0] > kFelt_n);
       CHECK(both.forces_n()[1] > kFelt_n);
+      return true;
     });
   }
 }
