@@ -71,7 +71,7 @@ class UsbipHost final : public hal::LocalPeer {
   void command(std::int64_t /*now_ns*/, std::span<const std::uint8_t> bytes) noexcept override {
     client_->submit_out(kOutNumber, bytes);
     const std::optional<UsbipAnswer> answer = client_->receive();
-    taken_ += answer && answer->end().status == 0 ? 1 : 0;
+    taken_ += answer && answer->end().status == 0 ? 1u : 0u;
   }
   [[nodiscard]] std::uint64_t taken() const { return taken_; }
 
@@ -175,10 +175,10 @@ TEST_SUITE("host_sim.two_usbip") {
       left_n = std::max(left_n, static_cast<double>(sum_n.norm()));
       largest_n =
           std::max(largest_n, static_cast<double>(session.hands()->contact_w(0).force_w.norm()));
-      touching += peg.situation != ContactSituation::kNone ? 1 : 0;
+      touching += peg.situation != ContactSituation::kNone ? 1u : 0u;
       const bool both = loop.result(0).arming == ArmingState::kArmed &&
                         loop.result(1).arming == ArmingState::kArmed;
-      armed += both ? 1 : 0;
+      armed += both ? 1u : 0u;
       acting_n = std::max(acting_n, std::min(first.acting_n(), second.acting_n()));
       const double tip_m = static_cast<double>(peg.proxy_pose_wa.p_wa.z()) - 0.025;
       const double bottom_m = static_cast<double>(socket.proxy_pose_wa.p_wa.z()) - 0.03;
