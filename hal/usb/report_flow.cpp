@@ -137,7 +137,6 @@ void ReportFlow::begin_reports() noexcept {
   take_limits();
   driven_ns_ = now - period_ns_;  // a device in lock-step says nothing before it is spoken to
   timed_ = true;
-  stop_called_.store(false, std::memory_order_release);  // nothing that was armed before counts
   owed_ = resting_ = zero_delivered_ = releasing_ = at_rest_ = false;
   slept_ns_ = slept_ns();
   lost_sends_ = 0;

@@ -38,6 +38,7 @@ class BodyLaw::PassTry {
   [[nodiscard]] bool rescue() noexcept;
   [[nodiscard]] bool certified(const Step& step, Real least_m) noexcept;
   [[nodiscard]] bool rests(Real residual_n) const noexcept;
+  [[nodiscard]] bool let_arrive() noexcept;
 
   BodyLaw& law_;
   BodiesTick& told_;
@@ -186,6 +187,35 @@ bool BodyLaw::PassTry::rescue() noexcept {
   return (friction && corrected()) || try_without_turn() || try_each(asked);
 }
 
+/// Where the others have come to their places: bodies that nothing touches and that would arrive
+/// do, however little that is of the energy of all.
+bool BodyLaw::PassTry::let_arrive() noexcept {
+  std::array<BodyMotion, kMostMovingBodies> motion;
+  bool some = false;
+  for (std::uint32_t i = 0; i < law_.count_; ++i) {
+    const Body& body = law_.bodies_[i];
+    const BodyMotion& way = step_.motion[i];
+    const bool moves = !(way.translation_m.isZero(0) && way.rotation_rad.isZero(0));
+    const bool arrives =
+        step_.q[i].x0_w == body.goal.x0_w && step_.q[i].q_wa.coeffs() == body.goal.q_wa.coeffs();
+    if (body.is_touched || !moves || !arrives) continue;
+    motion[i] = way;
+    some = true;
+  }
+  if (!some || !law_.has_budget(tick_)) return false;
+  Step step = law_.step_by(motion);
+  for (std::uint32_t i = 0; i < law_.count_; ++i)
+    if (motion[i].translation_m == step_.motion[i].translation_m &&
+        motion[i].rotation_rad == step_.motion[i].rotation_rad)
+      step.q[i] = step_.q[i];
+  if (!law_.check(step, -scale_.tolerance_m / 2, false, tick_).ok) return false;
+  const Real end_j = law_.sum_j(step);
+  if (end_j > start_j_) return false;
+  told_.end_potential_j = end_j;
+  law_.accept(step, true);
+  return true;
+}
+
 BodyLaw::PassEnd BodyLaw::PassTry::run() noexcept {
   for (BodyPair& pair : law_.pairs_)
     pair.impose_last(law_.close_m_, law_.choose_from_start_, tick_);
@@ -198,7 +228,7 @@ BodyLaw::PassEnd BodyLaw::PassTry::run() noexcept {
   bool ok = !at_rest && found && affordable(step_);
   if (at_rest || is_done(found, ok)) {
     law_.remember_active();
-    return PassEnd::kDone;
+    return found && let_arrive() ? PassEnd::kMoved : PassEnd::kDone;
   }
   law_.remember_active();
   if (ok && law_.is_short_ && !law_.has_friction() && !go_without_turn()) return PassEnd::kSpent;
