@@ -191,6 +191,7 @@ bool BodyLaw::PassTry::rescue() noexcept {
 /// do, however little that is of the energy of all.
 bool BodyLaw::PassTry::let_arrive() noexcept {
   std::array<BodyMotion, kMostMovingBodies> motion;
+  std::array<bool, kMostMovingBodies> goes{};
   bool some = false;
   for (std::uint32_t i = 0; i < law_.count_; ++i) {
     const Body& body = law_.bodies_[i];
@@ -200,14 +201,13 @@ bool BodyLaw::PassTry::let_arrive() noexcept {
         step_.q[i].x0_w == body.goal.x0_w && step_.q[i].q_wa.coeffs() == body.goal.q_wa.coeffs();
     if (body.is_touched || !moves || !arrives) continue;
     motion[i] = way;
-    some = true;
+    goes[i] = some = true;
   }
   if (!some || !law_.has_budget(tick_)) return false;
-  Step step = law_.step_by(motion);
+  Step step;
+  step.motion = motion;
   for (std::uint32_t i = 0; i < law_.count_; ++i)
-    if (motion[i].translation_m == step_.motion[i].translation_m &&
-        motion[i].rotation_rad == step_.motion[i].rotation_rad)
-      step.q[i] = step_.q[i];
+    step.q[i] = goes[i] ? step_.q[i] : law_.bodies_[i].p;
   if (!law_.check(step, -scale_.tolerance_m / 2, false, tick_).ok) return false;
   const Real end_j = law_.sum_j(step);
   if (end_j > start_j_) return false;
