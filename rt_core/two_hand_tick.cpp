@@ -8,7 +8,7 @@ std::array<ServoResult, kMostHands> TwoHandTick::step(
   const std::array<bool, kMostHands> felt{ticks_[0].is_felt(), ticks_[1].is_felt()};
   // The last word of a device that is away stops nobody but its own hand.
   const auto stops_both = [&](std::uint32_t k) {
-    const bool is_there = inputs[k].state.link == LinkState::kReady;
+    const bool is_there = inputs[k].state.link != LinkState::kAbsent;
     return is_there ? ticks_[k].is_stopped(inputs[k]) : inputs[k].emergency_stop;
   };
   const bool stopped = stops_both(0) || stops_both(1);
