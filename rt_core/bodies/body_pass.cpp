@@ -228,13 +228,16 @@ BodyLaw::PassEnd BodyLaw::PassTry::run() noexcept {
   bool ok = !at_rest && found && affordable(step_);
   if (at_rest || is_done(found, ok)) {
     law_.remember_active();
-    return found && let_arrive() ? PassEnd::kMoved : PassEnd::kDone;
+    return let_arrive() ? PassEnd::kMoved : PassEnd::kDone;
   }
+  const Step asked = step_;
   law_.remember_active();
   if (ok && law_.is_short_ && !law_.has_friction() && !go_without_turn()) return PassEnd::kSpent;
   if (!ok) ok = rescue();
   if (!ok && !law_.has_budget(tick_)) return PassEnd::kSpent;
   if (!ok) {
+    step_ = asked;
+    if (let_arrive()) return PassEnd::kMoved;
     // All are free: nothing is lost. The next pass chooses its planes from the start; that to close
     // a gap would cost too much says nothing of them.
     law_.choose_from_start_ = !closes_;
