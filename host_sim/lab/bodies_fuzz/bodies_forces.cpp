@@ -14,6 +14,8 @@ constexpr std::uint64_t kStillTicks = 50, kLeastRest = 300, kMostRest = 3000;
 /// hold in every tick, and behind a lever by less: that force falls by a factor of e in 100 to 1000
 /// ticks, ten times until the part moves too little to count.
 constexpr std::uint64_t kMostRestOfLoose = 12000;
+/// So far is looked for what is nearest to one that is not.
+constexpr Wide kLookedFor_m = 0.01L;
 /// At rest off its goal a body is within so many tolerances of what holds it.
 constexpr Wide kTouchingTolerances = 20;
 constexpr Wide kAtGoal_j = 1e-9L;
@@ -173,7 +175,8 @@ void BodiesRun::check_arrived(const Tick& tick, BodiesTotals& totals) {
       if (clear >= near) {
         fail(tick, "does not arrive",
              scene_.bodies[k].name + ", " + number_text(pull.energy_j) +
-                 " J, and nothing is within " + number_text(near) + " m",
+                 " J, and nothing is within " + number_text(near) + " m, but at " +
+                 number_text(judge_.clear_m(k, tick.after, kLookedFor_m)) + " m",
              totals.stuck, totals);
       }
     }
