@@ -109,9 +109,15 @@ BodyLaw::Check BodyLaw::check(const Step& step, Real least_m, bool knows_last,
     result.spent = false;
     return result;
   }
+  // The shortest that one of its pairs asks for.
+  std::array<Real, kMostMovingBodies> least;
+  least.fill(1);
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
-    if (share[k] < 1) shorten(pairs_[k], share[k]);
+    const std::uint32_t a = pairs_[k].a(), b = pairs_[k].has_b() ? pairs_[k].b() : a;
+    if (moves(a)) least[a] = std::min(least[a], share[k]);
+    if (moves(b)) least[b] = std::min(least[b], share[k]);
   }
+  for (std::uint32_t i = 0; i < count_; ++i) bodies_[i].share *= least[i];
   return result;
 }
 
