@@ -11,6 +11,9 @@
 namespace haptic {
 namespace {
 
+/// In place of kOnItsWay: what one body gains may be little of the energy of all.
+constexpr Real kSomeOnTheirWay = 0.002_r;
+
 /// Passes of a tick that may go no farther than a few times the tolerance.
 constexpr std::uint32_t kMostShortSteps = 2;
 
@@ -274,7 +277,8 @@ BodiesTick BodyLaw::tick(std::span<const GripPose> goals) noexcept {
   told.limited = tick.limited || told.residual_n > kResidual_n;
   told.work = tick.work;
   // Bodies that are on their way, however long that takes, do not look for their place.
-  const bool gains = !may_move() || told.end_potential_j < (1 - kOnItsWay) * told.start_potential_j;
+  const bool gains =
+      !may_move() || told.end_potential_j < (1 - kSomeOnTheirWay) * told.start_potential_j;
   slow_ = held_ == 0 ? 0 : gains ? slow_ - (slow_ > 0) : std::min(slow_ + 1, kMostHeld);
   still_ = !told.moved && !told.recovering && !told.spent &&
            (end == PassEnd::kDone || held_ >= kLeastHeld);
