@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <thread>
 #include <vector>
 
@@ -56,8 +57,8 @@ class TwoHandSession {
     return now;
   }
   /// A tick will make it true.
-  [[nodiscard]] bool comes(const std::function<bool()>& wanted) const {
-    for (int k = 0; k < 20'000 && !wanted(); ++k)
+  [[nodiscard]] bool comes(const std::function<bool()>& wanted, int within_ms = 20'000) const {
+    for (int k = 0; k < within_ms && !wanted(); ++k)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return wanted();
   }
@@ -78,15 +79,30 @@ class TwoHandSession {
 
 constexpr std::uint32_t kArmed = 2, kFaulted = 4;
 
+/// Two hands that press. On a busy machine a late tick may release one on its way: it is armed
+/// again where its part is then, and presses no more. Then they begin again.
+std::unique_ptr<TwoHandSession> pressing() {
+  constexpr int kTries = 8, kWithin_ms = 2000;
+  for (int k = 0; k < kTries; ++k) {
+    auto two = std::make_unique<TwoHandSession>(HAPTIC_HOLD_AGAIN);
+    two->go_to(0, 0.010);  // 10 mm are between them
+    two->go_to(1, 0.020);
+    const auto presses = [&] {
+      return two->force_n(0) < -1 && std::abs(two->force_n(0) + two->force_n(1)) < 0.05;
+    };
+    if (two->comes(presses, kWithin_ms)) return two;
+    REQUIRE(two->state(0).armings + two->state(1).armings > 2);
+  }
+  FAIL("a hand was released on its way in each try");
+  return nullptr;
+}
+
 }  // namespace
 
 TEST_SUITE("tools.library.two_hands") {
   TEST_CASE("session: two hands press their blocks on each other, and feel the same") {
-    const TwoHandSession two(HAPTIC_HOLD_AGAIN);
-    two.go_to(0, 0.010);  // 10 mm are between them
-    two.go_to(1, 0.020);
-    REQUIRE(two.comes(
-        [&] { return two.force_n(0) < -1 && std::abs(two.force_n(0) + two.force_n(1)) < 0.05; }));
+    const std::unique_ptr<TwoHandSession> made = pressing();
+    const TwoHandSession& two = *made;
     const haptic_state first = two.state(0), second = two.state(1);
     CHECK(second.felt_pose[0] - first.felt_pose[0] == doctest::Approx(0.020).epsilon(1e-3));
     std::array<haptic_body, 3> bodies{};
