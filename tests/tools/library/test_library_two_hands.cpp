@@ -90,11 +90,10 @@ std::unique_ptr<TwoHandSession> pressing() {
     two->go_to(0, 0.010);  // 10 mm are between them
     two->go_to(1, 0.020);
     const auto presses = [&] {
-      return two->force_n(0) < -1 && std::abs(two->force_n(0) + two->force_n(1)) < 0.05;
+      return two->force_n(0) < -0.3 && std::abs(two->force_n(0) + two->force_n(1)) < 0.05;
     };
     if (two->comes(presses, kWithin_ms)) return two;
-    const bool was_released = two->state(0).armings + two->state(1).armings > 2;
-    REQUIRE((was_released || k + 1 < kTries));
+    REQUIRE(two->state(0).armings + two->state(1).armings > 2);
   }
   FAIL("a hand was released on its way in each try");
   return nullptr;
@@ -118,9 +117,9 @@ TEST_SUITE("tools.library.two_hands") {
     REQUIRE(haptic_session_hold_of(two.session, 1, HAPTIC_RELEASE) == HAPTIC_OK);
     CHECK(two.comes([&] { return two.state(1).arming == 0 && two.force_n(1) == 0; }));
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
-    if (two.state(0).arming == kArmed && two.state(0).armings == 1) CHECK(two.force_n(0) < -0.3);
+    if (two.state(0).arming == kArmed && two.state(0).armings == 1) CHECK(two.force_n(0) < -0.1);
     REQUIRE(haptic_session_hold_of(two.session, 1, HAPTIC_HOLD_AGAIN) == HAPTIC_OK);
-    CHECK(two.comes([&] { return two.state(1).arming == kArmed && two.force_n(1) > 0.5; }));
+    CHECK(two.comes([&] { return two.state(1).arming == kArmed && two.force_n(1) > 0.1; }));
     // A stop is of both.
     REQUIRE(haptic_session_stop(two.session) == HAPTIC_OK);
     CHECK(two.comes([&] { return two.force_n(0) == 0 && two.force_n(1) == 0; }));
