@@ -14,6 +14,7 @@
 
 #include "host_sim/commands/assembly_file.hpp"
 #include "host_sim/commands/plan_account.hpp"
+#include "host_sim/commands/stage_table.hpp"
 #include "host_sim/oracle/plan_clearance.hpp"
 #include "host_sim/session/child_run.hpp"
 #include "tools/common/error.hpp"
@@ -50,19 +51,6 @@ const char* to_text(tools::WayKind kind) {
          : kind == tools::WayKind::kCells  ? "cells"
                                            : "search";
 }
-
-/// A stage, and its plan where there is one.
-struct StageRow {
-  std::size_t number = 0;
-  std::string part, how;
-  double settled_m = 0;
-  double length_m = 0, clearance_m = 0;
-  std::uint64_t steps = 0, certified = 0;
-  std::string text;     ///< of the plan's file; empty: none
-  std::string failure;  ///< empty: found and proved
-};
-
-std::string in_quotes(const std::string& part) { return "'" + part + "'"; }
 
 /// The plan along a motion from the part's start to its goal.
 void finish(const SceneView& view, tools::WayOut& way, const tools::CorneredMotion& motion,
@@ -159,63 +147,6 @@ StageRow plan_stage(const tools::AssemblyStages& assembly, std::size_t stage, co
   }
   finish(task.view, way, result.motion, o, file, row);
   return row;
-}
-
-Json row_json(const StageRow& row) {
-  Json json{{"stage", row.number}, {"part", row.part}, {"found", row.failure.empty()}};
-  if (!row.failure.empty()) {
-    json["failure"] = row.failure;
-    return json;
-  }
-  json["how"] = row.how;
-  json["length_m"] = row.length_m;
-  json["clearance_m"] = row.clearance_m;
-  json["steps"] = row.steps;
-  json["certified"] = row.certified;
-  if (row.settled_m > 0) json["settled_m"] = row.settled_m;
-  return json;
-}
-
-/// The table of all stages. @return exit code.
-int say_rows(const std::vector<StageRow>& rows, const StageRequest& o, Json json) {
-  const auto failed =
-      std::ranges::find_if(rows, [](const StageRow& r) { return !r.failure.empty(); });
-  const bool is_good = failed == rows.end();
-  if (o.json) {
-    json["stages"] = Json::array();
-    for (const StageRow& row : rows) json["stages"].push_back(row_json(row));
-    std::printf("%s\n", json.dump(2).c_str());
-    return is_good ? tools::kExitDone : tools::kExitCheckFailed;
-  }
-  std::size_t wide = 4;
-  for (const StageRow& row : rows) wide = std::max(wide, row.part.size());
-  std::printf("stage  %-*s  %-8s  %10s  %10s  proved\n", static_cast<int>(wide), "part", "way",
-              "length", "clearance");
-  for (const StageRow& row : rows) {
-    std::printf("%5zu  %-*s  ", row.number, static_cast<int>(wide), row.part.c_str());
-    if (!row.failure.empty()) {
-      std::printf("%-8s  %s\n", "none", row.failure.c_str());
-      continue;
-    }
-    std::printf(
-        "%-8s  %10s  %10s  %llu of %llu steps\n", row.how.c_str(),
-        millimetres_or_less(row.length_m).c_str(), millimetres_or_less(row.clearance_m).c_str(),
-        static_cast<unsigned long long>(row.certified), static_cast<unsigned long long>(row.steps));
-  }
-  for (const StageRow& row : rows) {
-    if (row.settled_m == 0) continue;
-    std::printf("%s overlaps at its goal by rounding: its plan ends %s from there, free\n",
-                in_quotes(row.part).c_str(), millimetres_or_less(row.settled_m).c_str());
-  }
-  if (!is_good) {
-    std::printf("stage %zu, %s: %s\n", failed->number, in_quotes(failed->part).c_str(),
-                failed->failure.c_str());
-    return tools::kExitCheckFailed;
-  }
-  std::printf("%s\n", rows.size() == 1
-                          ? tools::formatted("stage %zu is proved", rows[0].number).c_str()
-                          : tools::formatted("all %zu stages are proved", rows.size()).c_str());
-  return tools::kExitDone;
 }
 
 std::string plan_name(std::size_t number) { return std::to_string(number) + ".plan"; }
@@ -383,7 +314,7 @@ int plan_stages(const StageRequest& o, const std::string& which) {
     if (!rows.back().text.empty())
       tools::write_files({{file, std::as_bytes(std::span(rows.back().text))}});
   }
-  return say_rows(rows, o, {{"scene", o.scene}});
+  return say_rows(rows, o.json, {{"scene", o.scene}});
 }
 
 int plan_order(const StageRequest& o) {
@@ -449,7 +380,7 @@ int plan_order(const StageRequest& o) {
     std::printf("%s: order %s, found in %.1f s\n", (folder / "assembly.toml").string().c_str(),
                 said.c_str(), found.seconds);
   }
-  return say_rows(rows, o, {{"scene", o.scene}, {"order", names}, {"seconds", found.seconds}});
+  return say_rows(rows, o.json, {{"scene", o.scene}, {"order", names}, {"seconds", found.seconds}});
 }
 
 }  // namespace haptic::sim
