@@ -89,8 +89,9 @@ bool BodyLaw::PassTry::is_done(bool found, bool ok) const noexcept {
   return stays || (!ok && !closes_ && (law_.is_still(step_) || end_j_ <= same_j));
 }
 
-/// True if the goals rest and friction holds the bodies where they are, but for a small share of
-/// the pull and a few tolerances.
+/// True if the goals rest and friction holds the bodies where they are: those that are held back
+/// but for a small share of the pull and a few tolerances, the others but for a force that is told
+/// as none.
 bool BodyLaw::PassTry::rests(Real residual_n) const noexcept {
   if (law_.held_ == 0) return false;
   const bool holds = std::any_of(law_.pairs_.begin(), law_.pairs_.end(),
@@ -98,10 +99,16 @@ bool BodyLaw::PassTry::rests(Real residual_n) const noexcept {
   if (!holds) return false;
   Real pull_n = 0, most_n = std::numeric_limits<Real>::max();
   for (const Body& body : law_.bodies()) {
-    if (!body.is.is_held_back) continue;
-    const Real turn_m = body.secant.length_m * norm_of(body.error.rotation_rad);
-    pull_n = std::max(pull_n, body.secant.k_t_n_per_m *
-                                  root_of_squares(norm_of(body.error.translation_m), turn_m));
+    const auto size_n = [&](const BodyMotion& of) {
+      return body.secant.k_t_n_per_m *
+             root_of_squares(norm_of(of.translation_m),
+                             body.secant.length_m * norm_of(of.rotation_rad));
+    };
+    if (!body.is.is_held_back) {
+      if (size_n(body.wish) > kResidual_n / 2) return false;
+      continue;
+    }
+    pull_n = std::max(pull_n, size_n(body.error));
     most_n = std::min(most_n, body.secant.k_t_n_per_m * kRestTolerances * scale_.tolerance_m);
   }
   return residual_n <= std::min(kRestShare * pull_n, most_n);
