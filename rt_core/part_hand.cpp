@@ -233,6 +233,7 @@ StepResult PartHand::leave(StepResult result) noexcept {
 
 StepResult PartHand::step(const StepInput& input) noexcept {
   const Phase phase = this->phase();
+  stepped_as_ = phase;
   if (phase == Phase::kEmpty) return empty_step(input);
   if (phase == Phase::kPrepared) {
     side_ = 1 - side_;

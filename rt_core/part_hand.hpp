@@ -85,6 +85,8 @@ class PartHand {
   [[nodiscard]] const DrivenParts& driven() const noexcept { return *driven_; }
   /// It is one of two that move at once.
   [[nodiscard]] bool is_of_two() const noexcept { return parts_ != nullptr && parts_->hands() > 1; }
+  /// As what the last step found the hand: calls before it have taken effect in it. Servo thread.
+  [[nodiscard]] Phase stepped_as() const noexcept { return stepped_as_; }
   /// A lost driven part touches what is held, as the last `follow` has found.
   [[nodiscard]] bool is_driven_lost() const noexcept { return driven_lost_; }
   /// Bounds of a tick with the part that is held, or was last. Servo thread.
@@ -132,6 +134,7 @@ class PartHand {
   DrivenParts* driven_ = &own_driven_;  ///< of both hands where there are two
   std::uint32_t number_ = 0;            ///< of the hand
   bool driven_lost_ = false;            ///< one that touches the part
+  Phase stepped_as_ = Phase::kEmpty;
   double given_j_ = 0;
   std::uint32_t next_ = 0, side_ = 0;
   std::uint64_t hash_ = 0;

@@ -127,6 +127,20 @@ void tick_fields(Each& each, Tick& t) {
   each(t.arming_state);
 }
 
+template <typename Each, typename Frame>
+void frame_fields(Each& each, Frame& f) {
+  each(f.number), each(f.stamp_ns);
+  for (auto& component : f.p_m) each(component);
+  for (auto& component : f.q_xyzw) each(component);
+  each(f.fastest_m_per_s), each(f.fastest_rad_per_s), each(f.late_ns), each(f.stands);
+}
+
+template <typename Each, typename Given>
+void given_fields(Each& each, Given& g) {
+  each(g.number);
+  if (g.kind == RecordedGiven::Kind::kFrame) frame_fields(each, g.frame);
+}
+
 template <typename Each, typename End>
 void end_fields(Each& each, End& e) {
   each(e.records), each(e.dropped_events), each(e.dropped_ticks);
@@ -195,6 +209,13 @@ bool fits(const BusRecord& record) noexcept {
     tick_fields(take, tick);
     return take.whole();
   }
+  if (record.is_given()) {
+    RecordedGiven given;
+    given.kind = static_cast<RecordedGiven::Kind>(record.kind);
+    Take take(record.payload);
+    given_fields(take, given);
+    return take.whole();
+  }
   return record.kind == kEndRecord && size == 24;
 }
 
@@ -258,6 +279,11 @@ void append_clocks(std::vector<std::uint8_t>& file, std::span<const std::int64_t
 
 void append_tick(std::vector<std::uint8_t>& file, const RecordedTick& tick) {
   append_record(file, kTickRecord, [&](Put& put) { tick_fields(put, tick); });
+}
+
+void append_given(std::vector<std::uint8_t>& file, const RecordedGiven& given) {
+  append_record(file, static_cast<std::uint8_t>(given.kind),
+                [&](Put& put) { given_fields(put, given); });
 }
 
 void append_end(std::vector<std::uint8_t>& file, const RecordEnd& end) {
@@ -350,6 +376,14 @@ RecordedTick tick_of(const BusRecord& record) noexcept {
   Take take(record.payload);
   tick_fields(take, tick);
   return tick;
+}
+
+RecordedGiven given_of(const BusRecord& record) noexcept {
+  RecordedGiven given;
+  given.kind = static_cast<RecordedGiven::Kind>(record.kind);
+  Take take(record.payload);
+  given_fields(take, given);
+  return given;
 }
 
 RecordEnd end_of(const BusRecord& record) noexcept {

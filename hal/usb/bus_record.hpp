@@ -53,6 +53,16 @@ struct RecordedTick {
 
 [[nodiscard]] RecordedTick recorded(const ServoInput& input, const ServoResult& result) noexcept;
 
+/// What the owner of a scene with parts gave before a servo tick. A pose of the fixed parts' frame
+/// or of a driven part; or that the hand lets go, or takes a part.
+struct RecordedGiven {
+  enum class Kind : std::uint8_t { kFrame = 34, kRelease = 35, kTake = 36 };
+  Kind kind = Kind::kFrame;
+  /// kFrame: 0 of the fixed parts, k + 1 of driven part k; kTake: the part; else 0.
+  std::uint32_t number = 0;
+  FrameRecord frame;  ///< of kFrame
+};
+
 /// Last record of a session that was ended in order.
 struct RecordEnd {
   std::uint64_t records = 0;         ///< before this one
@@ -67,6 +77,8 @@ void append_event(std::vector<std::uint8_t>& file, const LinkEvent& event);
 /// At most kMostClocks values.
 void append_clocks(std::vector<std::uint8_t>& file, std::span<const std::int64_t> stamps_ns);
 void append_tick(std::vector<std::uint8_t>& file, const RecordedTick& tick);
+/// Before the tick that it was given for.
+void append_given(std::vector<std::uint8_t>& file, const RecordedGiven& given);
 void append_end(std::vector<std::uint8_t>& file, const RecordEnd& end);
 
 inline constexpr std::size_t kMostEventBytes = 512;
@@ -89,10 +101,14 @@ inline constexpr std::uint8_t kTickRecord = 32, kEndRecord = 33;
 /// One record as it lies in the file.
 struct BusRecord {
   std::uint64_t number = 0, offset = 0;
-  std::uint8_t kind = 0;  ///< LinkEventKind, kTickRecord or kEndRecord
+  std::uint8_t kind = 0;  ///< LinkEventKind, RecordedGiven::Kind, kTickRecord or kEndRecord
   std::span<const std::uint8_t> payload;
 
   [[nodiscard]] bool is_event() const noexcept { return kind <= kMostLinkEventKind; }
+  [[nodiscard]] bool is_given() const noexcept {
+    return kind >= static_cast<std::uint8_t>(RecordedGiven::Kind::kFrame) &&
+           kind <= static_cast<std::uint8_t>(RecordedGiven::Kind::kTake);
+  }
 };
 
 /// Goes through the records of a file that outlives it. With any bytes, nothing outside
@@ -120,6 +136,7 @@ class BusRecordReader {
 [[nodiscard]] std::size_t clock_count(const BusRecord& record) noexcept;
 [[nodiscard]] std::int64_t clock_of(const BusRecord& record, std::size_t index) noexcept;
 [[nodiscard]] RecordedTick tick_of(const BusRecord& record) noexcept;
+[[nodiscard]] RecordedGiven given_of(const BusRecord& record) noexcept;
 [[nodiscard]] RecordEnd end_of(const BusRecord& record) noexcept;
 
 }  // namespace haptic::hal

@@ -34,7 +34,42 @@ BusRecorder::~BusRecorder() {
 }
 
 void BusRecorder::watch(void* self, const ServoInput& input, const ServoResult& result) {
-  static_cast<BusRecorder*>(self)->rings_->ticks.push(recorded(input, result));
+  auto& recorder = *static_cast<BusRecorder*>(self);
+  recorder.push_given(input);
+  ServoEntry entry;
+  entry.tick = recorded(input, result);
+  recorder.rings_->ticks.push(entry);
+}
+
+/// What is newer than in the last tick.
+void BusRecorder::push_given(const ServoInput& input) noexcept {
+  push_frame(0, input.frame);
+  const std::size_t driven = std::min(input.driven.size(), std::size_t{kMostDriven});
+  for (std::size_t k = 0; k < driven; ++k)
+    push_frame(static_cast<std::uint32_t>(k + 1), input.driven[k]);
+  if (hand_ == nullptr) return;
+  const PartHand::Phase before = stepped_as_;
+  stepped_as_ = hand_->stepped_as();
+  ServoEntry entry;
+  entry.is_tick = false;
+  if (stepped_as_ == PartHand::Phase::kLettingGo && before != stepped_as_) {
+    entry.given.kind = RecordedGiven::Kind::kRelease;
+  } else if (stepped_as_ == PartHand::Phase::kPrepared) {
+    entry.given.kind = RecordedGiven::Kind::kTake;
+    entry.given.number = hand_->part();
+  } else {
+    return;
+  }
+  rings_->ticks.push(entry);
+}
+
+void BusRecorder::push_frame(std::uint32_t number, const FrameRecord& frame) noexcept {
+  if (frame.number == frame_numbers_[number]) return;
+  frame_numbers_[number] = frame.number;
+  ServoEntry entry;
+  entry.is_tick = false;
+  entry.given = {RecordedGiven::Kind::kFrame, number, frame};
+  rings_->ticks.push(entry);
 }
 
 void BusRecorder::on_event(const LinkEvent& event) noexcept {
@@ -89,9 +124,13 @@ bool BusRecorder::drain() {
     put_event(event_);
     if (bytes_.size() > kMostUnwritten) write();
   }
-  RecordedTick tick;
-  while (rings_->ticks.pop(tick)) {
-    append_tick(bytes_, tick);
+  ServoEntry entry;
+  while (rings_->ticks.pop(entry)) {
+    if (entry.is_tick) {
+      append_tick(bytes_, entry.tick);
+    } else {
+      append_given(bytes_, entry.given);
+    }
     ++records_;
     if (bytes_.size() > kMostUnwritten) write();
   }

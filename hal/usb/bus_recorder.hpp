@@ -45,7 +45,12 @@ class BusRecorder final : public LinkTape {
   BusRecorder(const BusRecorder&) = delete;
   BusRecorder& operator=(const BusRecorder&) = delete;
 
-  /// A TickWatch; `self` is the recorder. Servo thread: one push, no system call.
+  /// Before the first tick: the hand of a scene with parts, whose calls are recorded too. It
+  /// outlives the ticks.
+  void follow(const PartHand& hand) noexcept { hand_ = &hand; }
+
+  /// A TickWatch; `self` is the recorder. Servo thread: a push for the tick and for each pose and
+  /// call that was given for it, no system call.
   static void watch(void* self, const ServoInput& input, const ServoResult& result);
 
   // USB thread: pushes, no system call.
@@ -68,11 +73,19 @@ class BusRecorder final : public LinkTape {
     std::uint64_t number = 0;
     std::array<std::uint8_t, kMostEventBytes> bytes;
   };
+  /// A tick, or what was given before it.
+  struct ServoEntry {
+    bool is_tick = true;
+    RecordedTick tick;
+    RecordedGiven given;
+  };
   struct Rings {
     SpscRing<Event, 4096> events;
-    SpscRing<RecordedTick, 4096> ticks;
+    SpscRing<ServoEntry, 4096> ticks;
   };
 
+  void push_given(const ServoInput& input) noexcept;
+  void push_frame(std::uint32_t number, const FrameRecord& frame) noexcept;
   void push_clocks() noexcept;
   void run();
   void write();
@@ -80,6 +93,10 @@ class BusRecorder final : public LinkTape {
 
   const std::string path_, part_;
   std::unique_ptr<Rings> rings_;
+  // Servo thread.
+  const PartHand* hand_ = nullptr;
+  PartHand::Phase stepped_as_ = PartHand::Phase::kHolding;
+  std::array<std::uint64_t, kMostDriven + 1> frame_numbers_{};
   // USB thread.
   std::array<std::int64_t, kMostClocks> clocks_{};
   std::size_t clock_count_ = 0;

@@ -43,6 +43,19 @@ void fit_as_recorded(const PlayArguments& o, CoreSession& session,
   (void)fit_to_device(session, device, rate_hz, recorded.report_clocked ? 0 : 1 / rate_hz);
 }
 
+/// True if driven parts moved, or the hand took one part after another.
+bool gives_parts(std::span<const std::uint8_t> file) {
+  hal::BusSession recorded;
+  std::size_t first = 0;
+  if (!hal::read_header(file, recorded, first).text.empty()) return false;
+  hal::BusRecordReader reader(file, first);
+  hal::BusRecord record;
+  while (reader.next(record)) {
+    if (record.is_given()) return true;
+  }
+  return false;
+}
+
 /// The session that was played, and that it was another one.
 std::string verdict_text(const PlayResult& played, const tools::SessionVerdict& verdict) {
   return std::string(
@@ -91,6 +104,11 @@ int do_play(const PlayArguments& o) {
   const std::string page = o.html.empty() ? std::string() : tools::read_page();
   CoreSession session(o.scene);
   const std::vector<std::uint8_t> file = read_recording(o.file);
+  if (!o.html.empty() && gives_parts(file))
+    throw tools::UsageError(
+        "--html: a page computes no ticks again in which driven parts move or the hand takes "
+        "another part, and " +
+        o.file + " has such; leave it out, or give the motions to 'run --html' without --carrier");
   tools::claim_output(o.html, "--html", {tools::FileFormat::kHtml, {}});
   fit_as_recorded(o, session, file);
   std::optional<CoreTape> tape;

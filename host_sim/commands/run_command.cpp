@@ -160,12 +160,15 @@ std::vector<StackRecord> run_stack_watched(DeviceStack& stack, std::span<const M
 }
 
 /// The run, and its session in a file where that is asked for.
-std::vector<StackRecord> run_recorded(const RunArguments& o, DeviceStack& stack,
-                                      std::span<const MotionSample> motion, OtherMotion& others,
-                                      StackWatchers& watchers, tools::LiveSession* live) {
+std::vector<StackRecord> run_recorded(const RunArguments& o, CoreSession& session,
+                                      DeviceStack& stack, std::span<const MotionSample> motion,
+                                      OtherMotion& others, StackWatchers& watchers,
+                                      tools::LiveSession* live) {
   std::optional<hal::BusRecorder> kept;
-  if (!o.record.empty())
+  if (!o.record.empty()) {
     watchers.recorder = &kept.emplace(o.record, stack.bus_session(), hal::RecorderDrain::kCaller);
+    if (session.hand() != nullptr) kept->follow(*session.hand());
+  }
   stack.record(watchers.recorder, &StackWatchers::watch, &watchers);
   const auto after = [&](const StackRecord& record) {
     others.after_tick(record.loop.tick);
@@ -206,10 +209,6 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   std::vector<DeviceFaultEvent> events;
   if (!o.faults.empty()) events = read_fault_script(o.faults, run.rate_hz);
   const HandWay way = hand_way(o, o.script, session, run.rate_hz);
-  if (!o.record.empty() && (!way.holds.empty() || !o.drives.empty()))
-    throw tools::UsageError(
-        "--record: a recording keeps what the device does, and neither holds nor the poses of "
-        "driven parts; record without them");
   const std::vector<MotionSample>& motion = way.motion;
   const std::string page = o.html.empty() ? std::string() : tools::read_page();
   std::optional<tools::LiveSession> live;
@@ -225,7 +224,7 @@ bool run_device(const RunArguments& o, CoreSession& session, const RunSubject& r
   if (live || !o.html.empty())
     watchers.tape = &tape.emplace(session.view(), stack.bus_session().servo);
   const std::vector<StackRecord> records =
-      run_recorded(o, stack, motion, others, watchers, live ? &*live : nullptr);
+      run_recorded(o, session, stack, motion, others, watchers, live ? &*live : nullptr);
   if (!o.html.empty())
     write_whole_file(o.html, tools::filled_page(page, session.view(), tape->ticks()));
 

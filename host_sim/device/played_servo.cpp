@@ -117,9 +117,10 @@ void EventTrack::advance() {
 }
 
 void TickTrack::advance() {
-  do {
-    has_next_ = reader_.next(record_);
-  } while (has_next_ && record_.kind != hal::kTickRecord);
+  given_.clear();
+  while ((has_next_ = reader_.next(record_)) && record_.kind != hal::kTickRecord) {
+    if (record_.is_given()) given_.push_back(hal::given_of(record_));
+  }
   if (has_next_) tick_ = hal::tick_of(record_);
 }
 
@@ -134,6 +135,15 @@ std::string text_of(const LinkEvent& event) {
   if (event.stamp_ns != 0) text += ", stamp " + std::to_string(event.stamp_ns) + " ns";
   if (!event.bytes.empty()) text += ", " + std::to_string(event.bytes.size()) + " bytes";
   return text;
+}
+
+/// "a pose of driven part 2", for a message.
+std::string text_of(const hal::RecordedGiven& given) {
+  using Kind = hal::RecordedGiven::Kind;
+  const std::string number = std::to_string(given.number);
+  if (given.kind == Kind::kRelease) return "that the hand lets its part go";
+  if (given.kind == Kind::kTake) return "that the hand takes part " + number;
+  return given.number == 0 ? "a pose of the fixed parts" : "a pose of driven part " + number;
 }
 
 std::string difference(const LinkEvent& expected, const LinkEvent& found) {
@@ -191,9 +201,28 @@ PlayedServo::PlayedServo(CoreSession& session, const hal::BusSession& header,
 }
 
 void PlayedServo::restart() {
+  if (Hands* const hands = session_.hands(); hands != nullptr) {
+    hands->reset();
+    tick_ = std::make_unique<ServoTick>(hands->hand(0), parameters_, nullptr);
+    return;
+  }
   session_.core().reset();
   tick_ = std::make_unique<ServoTick>(session_.core(), parameters_,
                                       session_.view().header().capacity, nullptr);
+}
+
+bool PlayedServo::give(const hal::RecordedGiven& given) {
+  using Kind = hal::RecordedGiven::Kind;
+  const std::size_t driven = session_.parts() == nullptr ? 0 : session_.parts()->driven().size();
+  if (given.kind == Kind::kFrame) {
+    if (given.number > driven) return false;
+    (given.number == 0 ? frame_ : driven_[given.number - 1]) = given.frame;
+    return true;
+  }
+  if (session_.hand() == nullptr) return false;
+  if (given.kind == Kind::kTake) return session_.hand()->prepare(given.number) == RtStatus::kOk;
+  session_.hand()->release();
+  return true;
 }
 
 bool PlayedServo::step() {
@@ -204,8 +233,16 @@ bool PlayedServo::step() {
   if (state == states_.end()) return false;
   states_.erase(states_.begin(), state);
   if (expected.tick == 1 && ticks_ > 0) restart();
+  for (const hal::RecordedGiven& given : track_.given()) {
+    if (give(given)) continue;
+    difference_ = "\n  " + text_of(given) + ", which the scene does not have or is not free";
+    return false;
+  }
   ServoInput input;
   input.state = states_.front();
+  input.frame = frame_;
+  if (session_.parts() != nullptr)
+    input.driven = std::span(driven_).first(session_.parts()->driven().size());
   input.now_ns = expected.now_ns;
   input.late_periods = expected.late_periods;
   input.emergency_stop = expected.emergency_stop;

@@ -3,6 +3,7 @@
 /// The servo thread of a recorded session: its ticks in their order, each once the state that it
 /// saw has been published.
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -10,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "hal/usb/bus_record.hpp"
 #include "host_sim/session/core_session.hpp"
@@ -72,6 +74,8 @@ class TickTrack {
   }
   [[nodiscard]] bool has_next() const { return has_next_; }
   [[nodiscard]] const hal::RecordedTick& next() const { return tick_; }
+  /// Before it, since the last one.
+  [[nodiscard]] std::span<const hal::RecordedGiven> given() const { return given_; }
   [[nodiscard]] TrackPlace place() const { return {record_.number, record_.offset}; }
   void advance();
 
@@ -79,6 +83,7 @@ class TickTrack {
   hal::BusRecordReader reader_;
   hal::BusRecord record_;
   hal::RecordedTick tick_;
+  std::vector<hal::RecordedGiven> given_;
   bool has_next_ = false;
 };
 
@@ -119,12 +124,16 @@ class PlayedServo {
  private:
   void restart();
   bool step();
+  /// False: the hand cannot take that part, or the scene has none.
+  bool give(const hal::RecordedGiven& given);
 
   CoreSession& session_;
   ServoParameters parameters_;
   TickTrack track_;
   PlayWatch watch_;
   std::unique_ptr<ServoTick> tick_;
+  FrameRecord frame_;  ///< newest of the fixed parts
+  std::array<FrameRecord, kMostDriven> driven_;
   std::deque<haptic::DeviceState> states_;  ///< published, from the one last seen on
   std::deque<DeviceCommand> commands_;      ///< made, from the one last taken on
   std::string difference_;

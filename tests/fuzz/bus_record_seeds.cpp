@@ -49,7 +49,14 @@ std::vector<Seed> seeds() {
   tick.tick = 1;
   tick.command_d = {1, -2, 3, 0.1, 0, -0.1};
   append_tick(kinds, tick);
-  append_end(kinds, {kMostLinkEventKind + 1u, 0, 0});
+  RecordedGiven given;
+  given.number = 2;
+  given.frame.number = 7;
+  given.frame.p_m[1] = -0.25;
+  append_given(kinds, given);
+  append_given(kinds, {RecordedGiven::Kind::kTake, 3, {}});
+  append_given(kinds, {RecordedGiven::Kind::kRelease, 0, {}});
+  append_end(kinds, {kMostLinkEventKind + 4u, 0, 0});
 
   Bytes session = header();
   for (int k = 0; k < 3; ++k) {

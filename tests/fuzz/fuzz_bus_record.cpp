@@ -46,6 +46,8 @@ Bytes again(const BusRecord& record) {
   Bytes bytes;
   if (record.kind == kTickRecord) {
     append_tick(bytes, tick_of(record));
+  } else if (record.is_given()) {
+    append_given(bytes, given_of(record));
   } else if (record.kind == kEndRecord) {
     append_end(bytes, end_of(record));
   } else if (record.kind == static_cast<std::uint8_t>(LinkEventKind::kClock)) {
