@@ -41,7 +41,7 @@ std::string owner_of(std::string stem) {
   for (const std::string_view end : {"position", "translation", "pos", "orientation", "rotation",
                                      "quaternion", "quat", "rot", "q", "p"}) {
     if (!stem.ends_with(end)) continue;
-    stem.resize(stem.size() - end.size());
+    stem.erase(stem.size() - end.size());
     break;
   }
   return stem;
