@@ -53,7 +53,7 @@ struct RecordedTick {
 
 [[nodiscard]] RecordedTick recorded(const ServoInput& input, const ServoResult& result) noexcept;
 
-/// What the owner of a scene with parts gave before a servo tick. A pose of the fixed parts' frame
+/// A servo tick of a scene with parts is given more by its owner: a pose of the fixed parts' frame
 /// or of a driven part; or that the hand lets go, or takes a part.
 struct RecordedGiven {
   enum class Kind : std::uint8_t { kFrame = 34, kRelease = 35, kTake = 36 };

@@ -41,7 +41,7 @@ void BusRecorder::watch(void* self, const ServoInput& input, const ServoResult& 
   recorder.rings_->ticks.push(entry);
 }
 
-/// What is newer than in the last tick.
+/// All that is newer than in the last tick.
 void BusRecorder::push_given(const ServoInput& input) noexcept {
   push_frame(0, input.frame);
   const std::size_t driven = std::min(input.driven.size(), std::size_t{kMostDriven});
