@@ -20,33 +20,6 @@ using tools::make_c_obstacle;
 using tools::Vector;
 namespace {
 
-constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-/// Normals of one plane by two computations: far above rounding, far below an angle one can see.
-constexpr double kSameNormal = HAPTIC_REAL_IS_FLOAT ? 1.0e-4 : 1.0e-6;
-/// Pairs that are looked at for one picture.
-constexpr std::size_t kMostNear = 64;
-/// Where the core searches no goal pose (a scene with surfaces), the pairs to draw are found by
-/// their distance.
-constexpr tools::NearLimits kNearby{8, 2'000, 128};
-
-void add_unique(std::vector<std::uint32_t>& list, std::uint32_t value) {
-  if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
-}
-
-/// A pair for the page, whose numbers have 32 bits; it does not draw one beyond.
-void add_told(std::vector<std::uint32_t>& list, PairIndex pair) {
-  if (pair < kNone) add_unique(list, static_cast<std::uint32_t>(pair));
-}
-
-/// Type of the basic contacts of a face, or kSeveralTypes.
-std::uint32_t kind_of(const PairRecord& pair, const CFace& face) {
-  const ContactType first = contact_type(pair, face.nodes.front());
-  const bool one = std::all_of(face.nodes.begin(), face.nodes.end(), [&](std::uint32_t node) {
-    return contact_type(pair, node) == first;
-  });
-  return one ? static_cast<std::uint32_t>(first) : kSeveralTypes;
-}
-
 template <typename Number>
 constexpr const char* type_text() {
   if constexpr (std::is_same_v<Number, double>) return "f64";
@@ -166,6 +139,7 @@ void ViewCore::show_scene() {
   contact_.polygon_w = BoundedList<Vec3>(corners_);
   contact_.ids = BoundedList<ContactId>(ids_);
   nearby_.reset();
+  others_.clear();
 }
 
 void ViewCore::step() {
@@ -259,83 +233,6 @@ void ViewCore::add_piece(const SceneView& in, std::uint32_t piece, std::uint32_t
   for (std::uint32_t v = 0; v < view.vertex_count; ++v)
     for (int axis = 0; axis < 3; ++axis)
       answer.numbers.push_back(static_cast<double>(view.vertex(v)[axis]) + shift_m[axis]);
-}
-
-std::vector<std::uint32_t> ViewCore::held_pairs() const {
-  std::vector<std::uint32_t> pairs;
-  const FeltContact& felt = core_->felt_contact();
-  for (std::uint32_t k = 0; k < felt.plane_count; ++k) add_told(pairs, felt.planes[k].pair);
-  return pairs;
-}
-
-std::vector<std::uint32_t> ViewCore::near_pairs() {
-  std::vector<std::uint32_t> pairs = held_pairs();
-  // Its pairs are those of driven parts where these start, not where they are.
-  if (!meets_standing()) return {};
-  if (result.has_goal_contact == 0) {
-    if (!nearby_) nearby_.emplace(*shown_, kNearby);
-    std::size_t too_large = 0;
-    for (const tools::NearObstacle& near : nearby_->nearest(felt_wa_, too_large))
-      add_told(pairs, near.pair);
-    return pairs;
-  }
-  // The nearest pair first; those that were not searched have a bound, or nothing.
-  std::vector<std::pair<Real, std::uint32_t>> others;
-  for (std::uint32_t k = 0; k < scene.pair_count; ++k) {
-    const Real distance = core_->pair_report(k).d_near_m;
-    others.emplace_back(std::isnan(distance) ? std::numeric_limits<Real>::max() : distance, k);
-  }
-  add_unique(pairs, result.nearest_pair);
-  std::sort(others.begin(), others.end());
-  for (std::size_t k = 0; k < others.size() && pairs.size() < kMostNear; ++k)
-    add_unique(pairs, others[k].second);
-  return pairs;
-}
-
-void ViewCore::describe_obstacles(std::uint32_t most_pairs, std::uint32_t most_nodes) {
-  answer.clear();
-  answer.counts = {0, 0};
-  for (const std::uint32_t pair : near_pairs()) {
-    if (answer.counts[0] == most_pairs) break;
-    if (shown_->pair_record(pair).node_count > most_nodes) continue;
-    answer.counts[0] += 1;
-    describe_obstacle(pair, felt_wa_);
-  }
-  answer.counts[1] = scene.pair_count - answer.counts[0];
-}
-
-void ViewCore::describe_obstacle(std::uint32_t pair, const Pose& pose_wa) {
-  const PairRecord record = shown_->pair_record(pair);
-  const CObstacle obstacle = make_c_obstacle(*shown_, pair, pose_wa);
-  const FeltContact& felt = core_->felt_contact();
-  const PairReport report = core_->pair_report(pair);
-  answer.counts.insert(answer.counts.end(), {pair, shown_->pieces()[record.piece_b].body,
-                                             static_cast<std::uint32_t>(obstacle.faces.size())});
-  for (const CFace& face : obstacle.faces) {
-    FaceRole role = FaceRole::kOther;
-    std::uint32_t node = kNone;
-    if (report.searched && pair == result.nearest_pair) {
-      for (const NearNode& near : report.near) {
-        if (!std::binary_search(face.nodes.begin(), face.nodes.end(), near.node)) continue;
-        role = FaceRole::kNear;
-        node = std::min(node, near.node);
-      }
-    }
-    for (std::uint32_t k = 0; k < felt.plane_count; ++k) {
-      const FeltPlane& plane = felt.planes[k];
-      if (plane.pair != pair || (plane.normal_w.cast<double>() - face.normal).norm() > kSameNormal)
-        continue;
-      role = FaceRole::kHolds;
-      node = std::min(node, face.nodes.front());
-    }
-    answer.counts.insert(
-        answer.counts.end(),
-        {kind_of(record, face), static_cast<std::uint32_t>(role), face.hidden ? 1u : 0u, node,
-         static_cast<std::uint32_t>(face.nodes.size()),
-         static_cast<std::uint32_t>(face.polygon.size())});
-    for (const Vector& corner : face.polygon)
-      answer.numbers.insert(answer.numbers.end(), {corner[0], corner[1], corner[2]});
-  }
 }
 
 void ViewCore::describe_contacts() {

@@ -80,6 +80,11 @@ enum class FaceRole : std::uint32_t {
   kHolds  ///< its plane holds the part that is felt
 };
 
+/// No body, pair or node.
+inline constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+/// Normals of one plane by two computations: far above rounding, far below an angle one can see.
+inline constexpr double kSameNormal = HAPTIC_REAL_IS_FLOAT ? 1.0e-4 : 1.0e-6;
+
 /// How a node of the graph stands to the part.
 enum class GraphRole : std::uint32_t {
   kNeighbor = 0,  ///< next to one of the others
@@ -144,9 +149,11 @@ class ViewCore {
   void describe_verdict();
   /// C-obstacles at the orientation in which the part is felt, of the pairs that hold it first,
   /// then of the nearest by the search at the goal pose, or, where none is searched, by their
-  /// distance; of at most `most_pairs` pairs with at most `most_nodes` basic contacts each. counts:
-  /// obstacles, pairs left out; for each obstacle pair, body, faces; for each face kind (A, B, C:
-  /// 0, 1, 2; kSeveralTypes), FaceRole, whether it is hidden, its first near or holding node
+  /// distance; of at most `most_pairs` pairs with at most `most_nodes` basic contacts each. Behind
+  /// them the same of the movers, where both are felt: of those that the part touches and of the
+  /// nearest. counts: obstacles, pairs of what stands left out; for each obstacle pair (of a mover
+  /// 0xFFFFFFFF), body (of a mover the number of bodies and its own), faces; for each face kind (A,
+  /// B, C: 0, 1, 2; kSeveralTypes), FaceRole, whether it is hidden, its first near or holding node
   /// (0xFFFFFFFF: none), number of nodes, corners; numbers: the corners in W [m]: positions of the
   /// grip point.
   void describe_obstacles(std::uint32_t most_pairs, std::uint32_t most_nodes);
@@ -189,6 +196,18 @@ class ViewCore {
   [[nodiscard]] std::vector<std::uint32_t> held_pairs() const;
   [[nodiscard]] std::vector<std::uint32_t> near_pairs();
   void describe_obstacle(std::uint32_t pair, const Pose& pose_wa);
+  void add_face(std::uint32_t kind, FaceRole role, const tools::CFace& face, std::uint32_t node);
+  /// The scene of the held part and a mover, either of which is the one that moves in it.
+  struct OtherPair {
+    std::uint32_t mover = 0;
+    bool is_reversed = false;  ///< the mover does
+    SceneView scene;
+    std::optional<tools::ObstacleSearch> search;
+  };
+  void open_others();
+  [[nodiscard]] std::vector<OtherPair*> near_others();
+  [[nodiscard]] Pose felt_mover(std::uint32_t mover) const;
+  void describe_other(OtherPair& other, std::uint32_t most_pairs, std::uint32_t most_nodes);
 
   struct Free {
     void operator()(std::byte* bytes) const noexcept;
@@ -205,7 +224,8 @@ class ViewCore {
   HapticCore* core_ = nullptr;
   tools::SessionJudge judge_;
   Pose felt_wa_;
-  std::optional<tools::ObstacleSearch> nearby_;  ///< made when it is first asked
+  std::optional<tools::ObstacleSearch> nearby_;     ///< made when it is first asked
+  std::vector<std::unique_ptr<OtherPair>> others_;  ///< of the part that is held; made when asked
   std::vector<Vec3> corners_;
   std::vector<ContactId> ids_;
   ContactGeometry contact_;

@@ -22,6 +22,20 @@ const cases = {
     assert.ok(socket[2] > 8 && socket[2] < 22, `the socket is at ${socket}`);
     assert.ok(Math.abs(z - socket[2] + 5) < 1, `the peg is not at the bottom: ${z} over ${socket[2]}`);
     await pages.picture(page, "two_hands_bottom");
+    // C-space is that of the pair that is felt: the socket holds the peg.
+    const drawn = async (of) => {
+      await page.selectOption("#cspace-of", { label: of });
+      await page.waitForTimeout(400);
+      return Number.parseInt(await page.innerText("#cspace-note"), 10);
+    };
+    const counts = [await drawn("all that is near"), await drawn("what stands"), await drawn("socket")];
+    assert.ok(counts[1] > 0 && counts[2] > 0 && counts[0] === counts[1] + counts[2], `C-obstacles: ${counts}`);
+    assert.match(await page.innerText("#cspace-overlay .inset-list"), /holds: /);
+    await pages.picture(page, "two_hands_pair");
+    await page.selectOption("#cspace-of", { label: "what stands" });
+    await page.waitForTimeout(400);
+    assert.doesNotMatch(await page.innerText("#cspace-overlay .inset-list"), /holds: /);
+    await page.selectOption("#cspace-of", { label: "all that is near" });
     await seek(page, 900);
     await seek(page, 3600);
     assert.deepEqual(await socketAt(page), socket);

@@ -60,6 +60,8 @@ export class CSpacePane extends Stage {
   private fitted = false;
   private labelled = "";
   partRadius = 0.05;
+  /** whose C-obstacles are drawn: bodies; null: of all that are near */
+  private drawn: ((body: number) => boolean) | null = null;
   leftOut = 0;
   obstacleCount = 0;
 
@@ -84,12 +86,8 @@ export class CSpacePane extends Stage {
   show(picture: Picture): void {
     // At one orientation the C-obstacles are the same wherever the part is.
     if (!this.made || !sameAnswer(picture.obstacles, this.made)) {
-      const { obstacles, leftOut } = obstaclesOf(picture.obstacles);
       this.made = picture.obstacles;
-      this.leftOut = leftOut;
-      this.obstacleCount = obstacles.length;
-      this.faces = obstacles.flatMap((obstacle) => obstacle.faces);
-      this.makeSurface();
+      this.takeFaces();
     }
     const { face } = markedOf(picture.marked);
     this.chosenFace = face.length > 2 ? [{ corners: face }] : [];
@@ -102,6 +100,23 @@ export class CSpacePane extends Stage {
     this.mark();
     this.wantedClose = Math.max(kClosest * this.partRadius, 2.2 * apart);
     if (this.close === 0) this.close = this.wantedClose;
+  }
+
+  /** The C-obstacles of these bodies alone from now on. */
+  drawOnly(drawn: ((body: number) => boolean) | null): void {
+    this.drawn = drawn;
+    this.takeFaces();
+  }
+
+  private takeFaces(): void {
+    if (!this.made) return;
+    const { obstacles, leftOut } = obstaclesOf(this.made);
+    const { drawn } = this;
+    const kept = drawn ? obstacles.filter(({ body }) => drawn(body)) : obstacles;
+    this.leftOut = leftOut;
+    this.obstacleCount = kept.length;
+    this.faces = kept.flatMap(({ faces }) => faces);
+    this.makeSurface();
   }
 
   private makeSurface(): void {

@@ -239,6 +239,7 @@ class Page {
     element("two-hands").hidden = this.second === null;
     element<HTMLButtonElement>("restart").disabled = element<HTMLButtonElement>("upright").disabled = !this.takesHand;
     this.bindParts(scene);
+    this.bindPairs(scene);
     for (const one of document.querySelectorAll<HTMLElement>(".of-driven")) one.hidden = scene.driven === null;
     const time = element<HTMLInputElement>("time");
     time.max = String(Math.max(0, scene.recordedTicks - 1));
@@ -253,6 +254,25 @@ class Page {
   private forgetMoves(): void {
     this.controls?.forget();
     this.second?.forget();
+  }
+
+  /** Where others move: whose C-obstacles are drawn. Those of movers are told behind the bodies. */
+  private bindPairs(scene: SceneFacts): void {
+    const names = scene.driven?.names ?? [];
+    element("cspace-pair").hidden = names.length === 0;
+    const list = element<HTMLSelectElement>("cspace-of");
+    list.replaceChildren(
+      new Option("all that is near", "all"),
+      new Option("what stands", "standing"),
+      ...names.map((name, k) => new Option(name, String(k))),
+    );
+    list.onchange = () => {
+      const { value } = list;
+      const count = this.scene?.bodies.length ?? 0;
+      const of = { all: null, standing: (body: number) => body < count }[value];
+      this.cspace?.drawOnly(of === undefined ? (body) => body === count + Number(value) : of);
+      this.looked = this.areWordsOld = true;
+    };
   }
 
   /** Another part is in the hand. */
