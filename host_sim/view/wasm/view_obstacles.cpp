@@ -168,9 +168,8 @@ std::vector<ViewCore::OtherPair*> ViewCore::near_others() {
   std::vector<std::pair<Real, OtherPair*>> ranked;
   for (const auto& other : others_) {
     const PairIndex told = kMovingPlanes + tools::part_of_mover(parts_->scenes, other->mover);
-    const bool touches =
-        std::any_of(felt.planes.begin(), felt.planes.begin() + felt.plane_count,
-                    [&](const FeltPlane& plane) { return plane.pair == told; });
+    const bool touches = std::any_of(felt.planes.begin(), felt.planes.begin() + felt.plane_count,
+                                     [&](const FeltPlane& plane) { return plane.pair == told; });
     const Real far_m = (felt_mover(other->mover).p_wa - felt_wa_.p_wa).norm();
     ranked.emplace_back(touches ? Real{-1} : far_m, other.get());
   }
@@ -182,7 +181,7 @@ std::vector<ViewCore::OtherPair*> ViewCore::near_others() {
   return near;
 }
 
-/// Of its mesh frame.
+/// Pose of its mesh frame.
 Pose ViewCore::felt_mover(std::uint32_t mover) const {
   const std::span<const DrivenState> driven = parts_->hand().driven().states();
   return mover < driven.size() ? driven[mover].felt_wa : parts_->hands.felt_wa(1);
@@ -201,7 +200,7 @@ void ViewCore::describe_other(OtherPair& other, std::uint32_t most_pairs,
   const Vec3 grip_a = reference_of(*shown_), reference = reference_of(other.scene);
   const auto grip_at = [&](const Vector& corner) -> Vector {
     const Vec3 c = corner.cast<Real>();
-    // Of the held part's grip point, from where the reference point of the one that moves is.
+    // The held part's grip point, from where the reference point of the one that moves is.
     const Vec3 at_w =
         other.is_reversed
             ? Vec3(mover_wb.p_wa + mover_wb.q_wa * reference + felt_wa_.q_wa * (grip_a - c))
