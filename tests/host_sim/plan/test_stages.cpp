@@ -300,6 +300,19 @@ TEST_SUITE("host_sim.stages") {
       } else {
         CHECK(result.exit_code == 3);
         CHECK(has(result.err, "'brick' and 'floor' overlap where they are assembled"));
+        // The depth that it names helps.
+        const std::string named = "or [coupling] tolerance_m = ";
+        const std::size_t at_depth = result.err.find(named);
+        REQUIRE(at_depth != std::string::npos);
+        const std::string counted = result.err.substr(at_depth + named.size(), 7);
+        write_text(folder.file("counted.toml"), kAssemblyHead + part_text("floor", "fixed") +
+                                                    part_text("brick", "hand") +
+                                                    "[coupling]\ntolerance_m = " + counted + "\n");
+        compile_in(folder, "counted");
+        CHECK(run_program(kSimulator, "plan " + at(folder, "counted.rtscene") +
+                                          " --order --shorten-millions 50 -o " +
+                                          at(folder, "counted"))
+                  .exit_code == 0);
       }
     }
   }

@@ -24,6 +24,8 @@ constexpr std::uint64_t kFirstTicks = 20'000, kTicksGrow = 3;
 constexpr std::uint64_t kReachTicks = 60'000;
 /// Room between parts that lie beside the assembly, in radii of the largest.
 constexpr double kApart = 2.2;
+/// Parts that overlap by about a depth are free with this many of it as the scene's tolerance.
+constexpr double kCountedDepths = 1.25;
 
 PartPlace place_of_mesh(const Pose& pose) {
   PartPlace place;
@@ -209,13 +211,26 @@ class TakingApart {
   [[noreturn]] void refuse_overlap(Candidate& of, double depth_m, double most_m) {
     const std::uint32_t part = of.stuck.part;
     static_cast<void>(of.way->prover().is_free(of.at));
-    const std::uint32_t body = of.view.pieces()[of.way->prover().blocked().piece_b].body;
+    const auto pieces = of.view.pieces();
+    const PieceRecord& piece = pieces[of.way->prover().blocked().piece_b];
+    const std::string other = name(parts_.others_of(part)[piece.body - 1]);
+    const std::string surfaces =
+        surfaces_of(is_flat(pieces.front()) ? name(part) : "", is_flat(piece) ? other : "");
     throw InputError(
-        name(part) + " and " + name(parts_.others_of(part)[body - 1]) +
+        name(part) + " and " + other +
         formatted(" overlap where they are assembled, by %.3g m about, and no free place is within "
-                  "%.3g m (%.0e of the assembly's size); give poses at which they do not, or, of "
-                  "solids, [coupling] tolerance_m, the depth that counts as free",
-                  depth_m, most_m, kSettleShare));
+                  "%.3g m (%.0e of the assembly's size); give poses at which they do not, or ",
+                  depth_m, most_m, kSettleShare) +
+        surfaces +
+        formatted("[coupling] tolerance_m = %.1e, the depth that counts as free",
+                  kCountedDepths * depth_m));
+  }
+
+  /// No depth of a facet counts as free.
+  [[nodiscard]] static std::string surfaces_of(const std::string& one, const std::string& other) {
+    if (one.empty() && other.empty()) return "";
+    const std::string both = one.empty() ? other : other.empty() ? one : one + " and " + other;
+    return "as = \"solid\" in the table of " + both + ", a surface, which has no depth, and ";
   }
 
   void forget() {
