@@ -107,6 +107,31 @@ TEST_SUITE("host_sim.moving_parts") {
     CHECK(run_bodies_fuzz(size, {2, false}).totals().failed() > 0);
   }
 
+  TEST_CASE("judged: more parts than move in one tick, as programs move them") {
+    const ScratchFolder folder("moving_turns");
+    std::string screws = kRobotBox;
+    for (int k = 0; k < 10; ++k) {
+      screws += scene_box("screw " + std::to_string(k), "loose", "0.016, 0.016, 0.016",
+                          std::to_string(-0.05 + 0.0162 * (k % 5)) + ", " +
+                              std::to_string(0.0162 * (k / 5)) + ", 0.00802");
+    }
+    BodiesFuzzSize size;
+    size.scene = moving_scene(folder, screws);
+    size.ticks = 6000;
+    size.seed = 3;
+    const BodiesTotals t = run_bodies_fuzz(size, {2, false}).totals();
+    CHECK(t.failed() == 0);
+    CHECK(t.hand_ticks == 6000);
+    CHECK(t.ticks == 0);
+    CHECK(t.worst_gap_m < 0);  // they met
+    for (const BodiesFault fault : {BodiesFault::kBound, BodiesFault::kGoal}) {
+      size.fault = fault;
+      CHECK(run_bodies_fuzz(size, {2, false}).totals().failed() > 0);
+    }
+    size.fault = BodiesFault::kCertificate;
+    CHECK_THROWS_AS(static_cast<void>(run_bodies_fuzz(size, {2, false})), tools::InputError);
+  }
+
   TEST_CASE("judged: a scene in which one part moves is refused") {
     const ScratchFolder folder("moving_refused");
     CHECK_THROWS_AS(static_cast<void>(bodies_of_file(moving_scene(folder, kPlacedBox))),

@@ -116,6 +116,11 @@ BodiesFuzzResult run_bodies_fuzz(const BodiesFuzzSize& size, const RunOptions& o
   std::vector<double> file_friction;
   if (!size.scene.empty()) {
     of_file = bodies_of_file(size.scene);
+    const bool is_of_hands = size.fault == BodiesFault::kBound || size.fault == BodiesFault::kGoal;
+    if (of_file->takes_turns() && size.fault && !is_of_hands)
+      throw tools::InputError(size.scene +
+                              ": loose parts take turns in it, which the law by itself "
+                              "does not; of the faults it takes bound and goal");
     file_friction = {friction_of(*of_file)};
   }
   const std::vector<BodiesScene> scenes =
@@ -152,6 +157,8 @@ BodiesFuzzResult run_bodies_fuzz(const BodiesFuzzSize& size, const RunOptions& o
   campaign.run<BodiesRun>(
       options, "bodies", [&](auto& kept, const auto& shard, std::size_t number) {
         if (size.only && number != *size.only) return BodiesTotals{};
+        if (of_file && of_file->takes_turns())
+          return run_hands(size.scene, *of_file, shard.count, size.seed, number, size.fault);
         std::unique_ptr<BodiesRun>& run = kept[shard.row];
         if (!run) {
           const BodiesFuzzRow& row = campaign.rows[shard.row];
@@ -207,8 +214,9 @@ CampaignEnd bodies_fuzz_end(const BodiesFuzzResult& result) {
       number(t.rejected_ticks), number(t.longest_rejected), number(t.limited_ticks),
       number(t.spent_ticks), number(t.longest_arrival), t.largest_lag_m * 1e6L);
   if (t.hand_ticks > 0) {
-    said += tools::formatted("the hands of the scene, as its programs move them: %llu ticks\n",
-                             number(t.hand_ticks));
+    said += tools::formatted("the hands of the scene, as its programs move them: %llu ticks%s\n",
+                             number(t.hand_ticks),
+                             t.ticks == 0 ? ", alone: loose parts take turns" : "");
   }
   said += tools::formatted("peaks: units %llu, rows %llu, rounds %llu, program steps %llu\n",
                            number(t.peak_units), number(t.peak_rows), number(t.peak_rounds),

@@ -107,11 +107,6 @@ class FileBodies {
     for (std::uint32_t hand = 0; hand < parts_.hands(); ++hand) add_hand(hand);
     for (std::uint32_t mover = 0; mover < parts_.driven().size(); ++mover)
       if (meets_any(mover)) add_mover(mover);
-    if (numbers_.size() > kMostMovingBodies)
-      throw tools::InputError(path + ": " + std::to_string(numbers_.size()) +
-                              " of its parts move, of which loose ones take turns, and the judge "
-                              "moves all in every tick; give a scene with at most " +
-                              std::to_string(kMostMovingBodies) + " that move");
     add_pairs();
     add_ranges();
   }

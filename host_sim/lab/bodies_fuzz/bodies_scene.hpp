@@ -92,6 +92,9 @@ struct CompiledBodyPair {
 struct CompiledBodies {
   BodiesScene scene;
   std::vector<CompiledBodyPair> pairs;
+
+  /// More move than one law moves in a tick: loose ones take turns, as only programs have them.
+  [[nodiscard]] bool takes_turns() const { return scene.bodies.size() > kMostMovingBodies; }
 };
 
 /// Compiles every pair of bodies, for law `proxy`, and every hand and loose part against what

@@ -59,7 +59,8 @@ class HandsRun {
     BodiesMotion motion(compiled_.scene, starts, random.below(1u << 30));
     session_.reset();
     for (std::uint64_t t = 0; t < ticks; ++t) {
-      give(motion.next(), t);
+      goals_ = motion.next();
+      give(goals_, t);
       if (!take(t)) break;
     }
     return std::move(totals_);
@@ -104,7 +105,9 @@ class HandsRun {
         return false;
       }
       if (!is_finite(result.wrench_w)) fail(t, "not finite", "a wrench", totals_.infinite);
-      poses.push_back(wide_grip_pose(hands_.felt_wa(hand), grips_[hand]));
+      const bool at_goal = fault_ == BodiesFault::kGoal;
+      poses.push_back(wide_grip_pose(
+          at_goal ? mesh_pose(goals_[hand], grips_[hand]) : hands_.felt_wa(hand), grips_[hand]));
       note_work(t, result.counters);
     }
     for (std::size_t k = 0; k < movers_.size(); ++k) {
@@ -142,6 +145,7 @@ class HandsRun {
   BodiesJudge judge_;
   std::optional<BodiesFault> fault_;
   std::vector<Vec3> grips_;           ///< by body, in its mesh frame
+  std::vector<BodyPlace> goals_;      ///< of this tick, by body
   std::vector<std::size_t> movers_;   ///< by body behind the hands': number of the mover
   std::vector<FrameRecord> records_;  ///< by mover
   Hands::Each<StepResult> results_;
