@@ -19,12 +19,15 @@
 #include "host_sim/device/device_stack.hpp"
 #include "host_sim/shapes/shapes.hpp"
 #include "host_sim/view/core_tape.hpp"
+#include "tests/host_sim/record_bytes.hpp"
 #include "tests/host_sim/recorded_input.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 
 using namespace haptic;
 using namespace haptic::sim;
+using haptic::sim::test::put_check;
+using haptic::sim::test::record_of;
 using Bytes = std::vector<std::uint8_t>;
 
 namespace {
@@ -123,20 +126,6 @@ std::string refusal(std::span<const std::uint8_t> file) {
   return "";
 }
 
-/// The `count`th record of a kind.
-hal::BusRecord record_of(const Bytes& file, hal::LinkEventKind kind, std::size_t count) {
-  hal::BusSession header;
-  std::size_t first = 0;
-  REQUIRE(hal::read_header(file, header, first).text.empty());
-  hal::BusRecordReader reader(file, first);
-  hal::BusRecord record;
-  while (reader.next(record)) {
-    if (record.kind == static_cast<std::uint8_t>(kind) && count-- == 0) return record;
-  }
-  REQUIRE(false);
-  return record;
-}
-
 /// Until the device's period `until`; a device that stands still for 30 s fails the test.
 void pass(const ReferenceUsb& bus, std::uint64_t until) {
   for (int k = 0; k < 3000 && bus.periods() < until; ++k)
@@ -144,13 +133,9 @@ void pass(const ReferenceUsb& bus, std::uint64_t until) {
   REQUIRE(bus.periods() >= until);
 }
 
-void put_check(Bytes& file, std::size_t begin, std::size_t size) {
-  const std::uint32_t check = hal::crc32(std::span(file).subspan(begin, size));
-  for (std::size_t k = 0; k < 4; ++k)
-    file[begin + size + k] = static_cast<std::uint8_t>(check >> (8 * k));
-}
+std::uint8_t kind_number(hal::LinkEventKind kind) { return static_cast<std::uint8_t>(kind); }
 
-constexpr std::size_t kFrame = 8, kEventHead = 20;
+constexpr std::size_t kFrame = test::kRecordHead, kEventHead = 20;
 
 }  // namespace
 
@@ -197,7 +182,7 @@ TEST_SUITE("host_sim.bus_record") {
   TEST_CASE("a changed byte is found where it is") {
     const test::ScratchFolder folder("bus_record_byte");
     const Bytes file = record_stack(folder.file("s.hrec"), 0.6, false).file;
-    const hal::BusRecord report = record_of(file, hal::LinkEventKind::kReport, 399);
+    const hal::BusRecord report = record_of(file, kind_number(hal::LinkEventKind::kReport), 399);
     const std::uint64_t sequence = hal::event_of(report).number;
     const std::size_t bytes_at = static_cast<std::size_t>(report.offset) + kFrame + kEventHead;
     const std::size_t count = report.payload.size() - kEventHead;
@@ -233,7 +218,7 @@ TEST_SUITE("host_sim.bus_record") {
   TEST_CASE("a send or a command of other bytes is found") {
     const test::ScratchFolder folder("bus_record_send");
     const Bytes file = record_stack(folder.file("s.hrec"), 0.6, true).file;
-    const hal::BusRecord send = record_of(file, hal::LinkEventKind::kSend, 300);
+    const hal::BusRecord send = record_of(file, kind_number(hal::LinkEventKind::kSend), 300);
     Bytes changed = file;
     changed[static_cast<std::size_t>(send.offset) + kFrame + kEventHead + 14] ^= 0x01;
     put_check(changed, send.offset, kFrame + send.payload.size());
@@ -336,7 +321,7 @@ TEST_SUITE("host_sim.bus_record") {
     CHECK(cut.exit_code == 3);
     CHECK(cut.err.find("equal as far as it goes") != std::string::npos);
     CHECK(played("'" + recording + "'", write("other.rtscene", scene_bytes(0.011))).exit_code == 3);
-    const hal::BusRecord send = record_of(whole, hal::LinkEventKind::kSend, 200);
+    const hal::BusRecord send = record_of(whole, kind_number(hal::LinkEventKind::kSend), 200);
     bytes = whole;
     bytes[static_cast<std::size_t>(send.offset) + kFrame + kEventHead + 14] ^= 0x01;
     put_check(bytes, send.offset, kFrame + send.payload.size());

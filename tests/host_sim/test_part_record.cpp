@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "hal/drivers/reference_codec.hpp"
 #include "hal/usb/bus_recorder.hpp"
 #include "host_sim/device/bus_player.hpp"
 #include "host_sim/device/device_stack.hpp"
 #include "host_sim/session/core_session.hpp"
+#include "tests/host_sim/record_bytes.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 #include "tools/graph_compiler/program/compile_scene.hpp"
@@ -107,29 +107,16 @@ PlayResult play(const std::vector<std::byte>& scene, std::span<const std::uint8_
   return play_session(session, file, "session.hrec");
 }
 
-/// The `count`th record of a kind.
-hal::BusRecord record_of(const Bytes& file, Kind kind, std::size_t count) {
-  hal::BusSession header;
-  std::size_t first = 0;
-  REQUIRE(hal::read_header(file, header, first).text.empty());
-  hal::BusRecordReader reader(file, first);
-  hal::BusRecord record;
-  while (reader.next(record)) {
-    if (record.kind == static_cast<std::uint8_t>(kind) && count-- == 0) return record;
-  }
-  REQUIRE(false);
-  return record;
-}
+constexpr std::size_t kHead = haptic::sim::test::kRecordHead;
 
-constexpr std::size_t kHead = 8;
+hal::BusRecord given_record(const Bytes& file, Kind kind, std::size_t count) {
+  return haptic::sim::test::record_of(file, static_cast<std::uint8_t>(kind), count);
+}
 
 /// A payload's byte with other bits, and the check sum put right.
 Bytes changed(Bytes file, const hal::BusRecord& record, std::size_t byte, std::uint8_t bits) {
   file[record.offset + kHead + byte] ^= bits;
-  const std::size_t size = kHead + record.payload.size();
-  const std::uint32_t check = hal::crc32(std::span(file).subspan(record.offset, size));
-  for (std::size_t k = 0; k < 4; ++k)
-    file[record.offset + size + k] = static_cast<std::uint8_t>(check >> (8 * k));
+  haptic::sim::test::put_check(file, record.offset, kHead + record.payload.size());
   return file;
 }
 
@@ -148,15 +135,15 @@ TEST_SUITE("host_sim.part_record") {
     CHECK(!played.diverged);
     CHECK(played.complete);
     CHECK(played.ticks >= kPeriods - 1);
-    CHECK(hal::given_of(record_of(recorded.file, Kind::kTake, 0)).number == kPeg);
+    CHECK(hal::given_of(given_record(recorded.file, Kind::kTake, 0)).number == kPeg);
 
     SUBCASE("a pose that is another by 10 nm, and a part that is not there, are found") {
-      const hal::BusRecord pose = record_of(recorded.file, Kind::kFrame, 120);
+      const hal::BusRecord pose = given_record(recorded.file, Kind::kFrame, 120);
       const std::size_t x_byte = 4 + 8 + 8 + 3;  // its low bits
       const PlayResult other = play(scene, changed(recorded.file, pose, x_byte, 0x80));
       CHECK(other.diverged);
       CHECK(other.tick > 0);
-      const hal::BusRecord take = record_of(recorded.file, Kind::kTake, 0);
+      const hal::BusRecord take = given_record(recorded.file, Kind::kTake, 0);
       const PlayResult none = play(scene, changed(recorded.file, take, 0, 0x20));
       CHECK(none.diverged);
       CHECK(none.text.find("the hand takes part 33") != std::string::npos);
@@ -165,7 +152,7 @@ TEST_SUITE("host_sim.part_record") {
       CHECK(nowhere.text.find("a pose of driven part 65") != std::string::npos);
     }
     SUBCASE("a cut file is played to its last whole record") {
-      const hal::BusRecord take = record_of(recorded.file, Kind::kTake, 0);
+      const hal::BusRecord take = given_record(recorded.file, Kind::kTake, 0);
       const auto cut = std::span(recorded.file).first(take.offset + kHead + 1);
       const PlayResult part = play(scene, cut);
       CHECK(!part.diverged);
