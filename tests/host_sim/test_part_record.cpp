@@ -137,7 +137,7 @@ TEST_SUITE("host_sim.part_record") {
     CHECK(played.ticks >= kPeriods - 1);
     CHECK(hal::given_of(given_record(recorded.file, Kind::kTake, 0)).number == kPeg);
 
-    SUBCASE("a pose that is another by 10 nm, and a part that is not there, are found") {
+    SUBCASE("a pose that is another by some 10 nm, and a part that is not there, are found") {
       const hal::BusRecord pose = given_record(recorded.file, Kind::kFrame, 120);
       const std::size_t x_byte = 4 + 8 + 8 + 3;  // its low bits
       const PlayResult other = play(scene, changed(recorded.file, pose, x_byte, 0x80));

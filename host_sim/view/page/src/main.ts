@@ -268,9 +268,10 @@ class Page {
     );
     list.onchange = () => {
       const { value } = list;
-      const count = this.scene?.bodies.length ?? 0;
-      const of = { all: null, standing: (body: number) => body < count }[value];
-      this.cspace?.drawOnly(of === undefined ? (body) => body === count + Number(value) : of);
+      // Another part in the hand may stand among other bodies.
+      const count = () => this.scene?.bodies.length ?? 0;
+      const of = { all: null, standing: (body: number) => body < count() }[value];
+      this.cspace?.drawOnly(of === undefined ? (body) => body === count() + Number(value) : of);
       this.looked = this.areWordsOld = true;
     };
   }
