@@ -105,7 +105,8 @@ bool BodyLaw::PassTry::rests(Real residual_n) const noexcept {
                              body.secant.length_m * norm_of(of.rotation_rad));
     };
     if (!body.is.is_held_back) {
-      if (size_n(body.wish) > kResidual_n / 2) return false;
+      // Of a program for a share of the pull it is that share.
+      if (size_n(body.wish) > body.pull_share * (kResidual_n / 2)) return false;
       continue;
     }
     pull_n = std::max(pull_n, size_n(body.error));
