@@ -105,7 +105,7 @@ bool BodyLaw::PassTry::rests(Real residual_n) const noexcept {
                              body.secant.length_m * norm_of(of.rotation_rad));
     };
     if (!body.is.is_held_back) {
-      // Of a program for a share of the pull it is that share.
+      // A program for a share of the pull leaves that share of it.
       if (size_n(body.wish) > body.pull_share * (kResidual_n / 2)) return false;
       continue;
     }
