@@ -94,6 +94,39 @@ TEST_SUITE("host_sim.cost") {
     CHECK(cost_table({&broken, 1}).find("NOT FINITE in 1 ticks") != std::string::npos);
   }
 
+  TEST_CASE("cold: the first and every 50th tick, fewer and evenly of a large scene") {
+    const std::vector<std::size_t> few = cold_ticks(120, 1000);
+    CHECK(few == std::vector<std::size_t>{0, 50, 100});
+    CHECK(cold_ticks(1, 1000).size() == 1);
+    CHECK(cold_ticks(14600, 1000).size() == 292);
+    const std::vector<std::size_t> large = cold_ticks(14600, std::uint64_t{1} << 30);
+    CHECK(large == std::vector<std::size_t>{0, 3650, 7300, 10950});
+    CHECK(cold_ticks(14600, std::uint64_t{1} << 40) == std::vector<std::size_t>{0});
+  }
+
+  TEST_CASE("cold: figures in microseconds, and a repeat that ends elsewhere is seen") {
+    CostRun run = run_of_ticks(false);
+    CHECK(figures_of(run).cold_ticks == 0);
+    run.cold.ticks = {{0, 1000, 3000}, {50, 2000, 9000}, {100, 1500, 4000}};
+    run.cold.warm = {3, 1500, 2000, 2000, 2000};
+    run.cold.flushed = {3, 4000, 9000, 9000, 9000};
+    run.cold.worst_flushed = 50;
+    const CostFigures f = figures_of(run);
+    CHECK(f.cold_ticks == 3);
+    CHECK(f.same_warm_median_us == doctest::Approx(1.5));
+    CHECK(f.cold_median_us == doctest::Approx(4));
+    CHECK(f.cold_largest_us == doctest::Approx(9));
+    CHECK(f.cold_largest_tick == 50);
+    CHECK(f.passed());
+    CHECK(cost_csv({&run, 1}).find(",3,1.500,4.000,9.000,50,") != std::string::npos);
+    const auto json = nlohmann::json::parse(cost_json({&run, 1}, {}));
+    CHECK(json["scenes"][0]["cold_us"]["largest_tick"] == 50);
+    CHECK(cost_table({&run, 1}).find("DIFFERENT STATES") == std::string::npos);
+    run.cold.same_result = false;
+    CHECK_FALSE(figures_of(run).passed());
+    CHECK(cost_table({&run, 1}).find("DIFFERENT STATES") != std::string::npos);
+  }
+
   TEST_CASE("comparison: a run equals its own table, digit by digit") {
     const ScratchFolder folder("cost_same");
     CostRun run = run_of_ticks(true);
@@ -219,6 +252,8 @@ TEST_SUITE("host_sim.cost") {
       CHECK(scene["counters"]["plane_gaps"]["largest"].get<std::size_t>() > pairs[k]);
       CHECK_FALSE(scene["instructions"]["measured"].get<bool>());
       CHECK(scene["passed"].get<bool>());
+      CHECK(scene["cold_us"]["ticks"] == cold_ticks(scene["ticks"].get<std::size_t>(), 1).size());
+      CHECK(scene["cold_us"]["median"].get<double>() > 0);
     }
     for (const char* name : {"cost.csv", "cost.svg", "assembly.csv", "peg32.rtscene",
                              "peg32_motion.csv", "scenes/peg32/scene.toml"}) {

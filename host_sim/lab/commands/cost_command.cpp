@@ -120,13 +120,16 @@ Command add_cost_command(CLI::App& program) {
       "Law proxy with the compiler's defaults, no device. graph_compiler must lie next to this\n"
       "program. About two minutes; pieces1000 takes 2 GB and wants --no-instructions.\n"
       "Files in --out:\n"
-      "  cost.csv, cost.json  a row per scene: instructions, times, memory, work and its bound\n"
+      "  cost.csv, cost.json  a row per scene: instructions, times, also with cold caches, "
+      "memory,\n"
+      "                       work and its bound\n"
       "  NAME.csv             a line per tick: instructions, counters, wrench, proxy, gap\n"
       "  cost.svg             distribution of the instructions over the ticks\n"
       "  comparison.csv       with --compare: how far the results are apart\n"
       "  NAME.rtscene, NAME_motion.csv, scenes/NAME/  for replay and for opening\n"
-      "Exit codes: 0 done, 1 a count over its bound, a result that is no number, or a scene, tick\n"
-      "or motion that the earlier report lacks, 2 usage, 3 bad input, 4 refused by the system.");
+      "Exit codes: 0 done, 1 a count over its bound, a result that is no number, a tick that ends\n"
+      "differently from the same state, or a scene, tick or motion that the earlier report lacks,\n"
+      "2 usage, 3 bad input, 4 refused by the system.");
   return {app, [o] { return do_cost(*o); }, "host_sim cost --quick --out cost"};
 }
 

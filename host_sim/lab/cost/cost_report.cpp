@@ -178,6 +178,11 @@ CostJson scene_json(const CostRun& run) {
   json["blob_bytes"] = run.blob_bytes;
   json["instructions"] = instruction_json(run, f);
   json["time_us"] = {{"median", f.median_us}, {"p99", f.p99_us}, {"largest", f.largest_us}};
+  json["cold_us"] = {{"ticks", f.cold_ticks},
+                     {"warm_median", f.same_warm_median_us},
+                     {"median", f.cold_median_us},
+                     {"largest", f.cold_largest_us},
+                     {"largest_tick", f.cold_largest_tick}};
   json["work"] = {{"largest", f.most_work}, {"bound", f.work_bound}};
   json["least_gap_m"] = f.least_gap_m;
   CostJson& largest = json["largest_tick"];
@@ -237,6 +242,12 @@ CostFigures figures_of(const CostRun& run) {
   f.median_us = times.median;
   f.p99_us = times.p99;
   f.largest_us = times.largest;
+  f.cold_ticks = run.cold.ticks.size();
+  f.same_warm_median_us = 1e-3 * run.cold.warm.median;
+  f.cold_median_us = 1e-3 * run.cold.flushed.median;
+  f.cold_largest_us = 1e-3 * run.cold.flushed.largest;
+  f.cold_largest_tick = run.cold.worst_flushed;
+  f.same_result = run.cold.same_result;
   if (!run.instructions.measured) return f;
   std::ranges::sort(counts);
   f.mean_instructions =
@@ -275,7 +286,8 @@ std::string cost_ticks_csv(const CostRun& run) {
 std::string cost_csv(std::span<const CostRun> runs) {
   std::string columns =
       "scene,pairs,ticks,contact_ticks,instructions_mean,instructions_p50,instructions_p99,"
-      "instructions_largest,time_median_us,time_p99_us,time_largest_us,state_bytes,blob_bytes,"
+      "instructions_largest,time_median_us,time_p99_us,time_largest_us,cold_ticks,"
+      "cold_warm_median_us,cold_median_us,cold_largest_us,cold_largest_tick,state_bytes,blob_bytes,"
       "work_largest,work_bound,bound_over_largest,least_gap_m,largest_tick";
   for (const CounterBound& c : counter_bounds({}, SceneCapacity{}))
     columns += ",largest_tick_" + std::string(c.name);
@@ -294,6 +306,11 @@ std::string cost_csv(std::span<const CostRun> runs) {
                           shown_as("%.3f", f.median_us),
                           shown_as("%.3f", f.p99_us),
                           shown_as("%.3f", f.largest_us),
+                          f.cold_ticks,
+                          shown_as("%.3f", f.same_warm_median_us),
+                          shown_as("%.3f", f.cold_median_us),
+                          shown_as("%.3f", f.cold_largest_us),
+                          f.cold_largest_tick,
                           run.state_bytes,
                           run.blob_bytes,
                           f.most_work,
@@ -369,6 +386,17 @@ std::string cost_table(std::span<const CostRun> runs) {
                 count(static_cast<std::uint64_t>(std::llround(f.mean_instructions))).c_str(),
                 count(f.p50_instructions).c_str(), count(f.p99_instructions).c_str(),
                 count(f.most_instructions).c_str(), f.median_us, f.p99_us, f.largest_us);
+  }
+  append_line(text, "time from the same state in us, least of 7: warm, and caches flushed (cold)");
+  append_line(text, "  %-10s %7s %9s %9s %7s %9s %7s", "scene", "ticks", "warm p50", "cold p50",
+              "ratio", "cold most", "tick");
+  for (const CostRun& run : runs) {
+    const CostFigures f = figures_of(run);
+    append_line(text, "  %-10s %7zu %9.2f %9.2f %7.1f %9.2f %7zu%s", run.name.c_str(), f.cold_ticks,
+                f.same_warm_median_us, f.cold_median_us,
+                f.same_warm_median_us > 0 ? f.cold_median_us / f.same_warm_median_us : 0.0,
+                f.cold_largest_us, f.cold_largest_tick,
+                f.same_result ? "" : "  REPEATS OF A TICK ENDED IN DIFFERENT STATES");
   }
   append_line(text,
               "memory, the proxy's work against its bound in the header, and the largest tick");

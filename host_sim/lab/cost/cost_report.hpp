@@ -20,13 +20,19 @@ struct CostFigures {
   /// The first tick with most instructions; where they were not counted, with most work.
   std::size_t largest_tick = 0;
   double median_us = 0, p99_us = 0, largest_us = 0;  ///< of the times
-  std::uint64_t most_work = 0, work_bound = 0;       ///< proxy_units, and what a tick may do
+  /// Of the ticks timed with cold caches: their number, times as warm as can be from the same
+  /// state, and times after a flush; 0 where there are none.
+  std::size_t cold_ticks = 0;
+  double same_warm_median_us = 0, cold_median_us = 0, cold_largest_us = 0;
+  std::size_t cold_largest_tick = 0;
+  std::uint64_t most_work = 0, work_bound = 0;  ///< proxy_units, and what a tick may do
   double least_gap_m = 0;
   std::vector<CounterBound> bounds;  ///< largest count of any tick against the header
   std::size_t not_finite = 0;        ///< ticks with a force, torque or pose that is no number
+  bool same_result = true;           ///< a tick repeated from the same state ends in the same one
 
-  /// Every count within its bound, every result a number.
-  [[nodiscard]] bool passed() const { return all_held(bounds) && not_finite == 0; }
+  /// Every count within its bound, every result a number, and a tick again gives the same.
+  [[nodiscard]] bool passed() const { return all_held(bounds) && not_finite == 0 && same_result; }
 };
 /// @param run  with at least one tick.
 [[nodiscard]] CostFigures figures_of(const CostRun& run);

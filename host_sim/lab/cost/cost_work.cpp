@@ -21,6 +21,12 @@ namespace {
 /// How much faster a quick run moves.
 constexpr double kQuickFactor = 4;
 
+/// Of every so many ticks one is timed with cold caches.
+constexpr std::size_t kColdStride = 50;
+/// Bytes of scene and state of all ticks so timed: at 7 flushes of some 50 ps a byte and as many
+/// copies, a few seconds.
+constexpr std::uint64_t kMostColdBytes = std::uint64_t{4} << 30;
+
 void compile_cost_scene(const std::string& scene_file, const std::string& blob) {
   const TemporaryFolder folder;
   const std::vector<std::string> command = {program_beside("graph_compiler"), scene_file, "-o",
@@ -97,6 +103,15 @@ PreparedScene prepared_by_user(const std::string& blob_path, const std::string& 
   return prepared;
 }
 
+std::vector<std::size_t> cold_ticks(std::size_t ticks, std::uint64_t flushed_bytes) {
+  const std::uint64_t affordable = kMostColdBytes / std::max<std::uint64_t>(flushed_bytes, 1);
+  const std::size_t most = std::max<std::size_t>(1, static_cast<std::size_t>(affordable));
+  const std::size_t stride = std::max(kColdStride, (ticks + most - 1) / most);
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < ticks; i += stride) chosen.push_back(i);
+  return chosen;
+}
+
 CostRun measure_cost(const PreparedScene& scene, const CostPlan& plan) {
   CoreSession session(scene.blob_path, GoalContact::kLeftOut);
   const std::vector<MotionSample>& motion = scene.motion;
@@ -125,6 +140,8 @@ CostRun measure_cost(const PreparedScene& scene, const CostPlan& plan) {
     }
   }
   for (std::size_t i = 0; i < motion.size(); ++i) run.ticks[i].time_ns = least_ns[i];
+  run.cold = same_state_times(
+      session, motion, cold_ticks(motion.size(), run.state_bytes + run.blob_bytes), kLeastRepeats);
   run.instructions = count_instructions(question);
   if (run.instructions.measured) {
     for (std::size_t i = 0; i < motion.size(); ++i)

@@ -10,6 +10,7 @@
 
 #include "host_sim/lab/cost/cost_scenes.hpp"
 #include "host_sim/lab/wcet/instruction_counts.hpp"
+#include "host_sim/timing/same_state_times.hpp"
 
 namespace haptic::sim {
 
@@ -59,10 +60,16 @@ struct CostRun {
   SceneCapacity capacity{};  ///< bounds in the scene's header
   std::vector<CostTick> ticks;
   InstructionCounts instructions;
+  SameStateTimes cold;  ///< of cold_ticks: warm, and with the caches flushed before
 };
 
+/// Ticks of a motion that are timed with cold caches too: the first and every 50th, ascending;
+/// fewer, evenly, where a flush of a core's `flushed_bytes` and a copy of its state take long.
+[[nodiscard]] std::vector<std::size_t> cold_ticks(std::size_t ticks, std::uint64_t flushed_bytes);
+
 /// @throws tools::InputError: the scene is refused by the core, or there is nothing to run.
-/// Cost: `repeats` + 1 runs of the motion, and some fifty more where instructions are counted.
+/// Cost: `repeats` + 1 runs of the motion, fifteen more steps, copies of the state and seven
+/// flushes of each of its cold_ticks, and some fifty runs where instructions are counted.
 [[nodiscard]] CostRun measure_cost(const PreparedScene& scene, const CostPlan& plan);
 
 }  // namespace haptic::sim
