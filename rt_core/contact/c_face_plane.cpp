@@ -37,8 +37,8 @@ DirectionGap direction_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y
   const Vec3 normal_a = r_wa.transpose() * normal_w;
   DirectionGap along;
   along.normal_w = normal_w;
-  along.support.a = highest_vertex(pair.a, lane_points(pair.a), -normal_a, start.a);
-  along.support.b = highest_vertex(pair.b, lane_points(pair.b), normal_w, start.b);
+  along.support.a = highest_vertex(pair.a, -normal_a, start.a);
+  along.support.b = highest_vertex(pair.b, normal_w, start.b);
   along.gap_m = normal_w.dot(y_w - pair.b.vertex(along.support.b)) +
                 normal_a.dot(pair.a.vertex(along.support.a)) - pair.skin_m;
   return along;
@@ -71,12 +71,10 @@ PlaneGap plane_gap(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, cons
       break;
     }
   }
-  plane.support.a = type == ContactType::kA
-                        ? a.plane_vertex(id.i)
-                        : highest_vertex(a, lane_points(a), -plane.normal_a, start.a);
-  plane.support.b = type == ContactType::kB
-                        ? b.plane_vertex(id.j)
-                        : highest_vertex(b, lane_points(b), plane.normal_w, start.b);
+  plane.support.a =
+      type == ContactType::kA ? a.plane_vertex(id.i) : highest_vertex(a, -plane.normal_a, start.a);
+  plane.support.b =
+      type == ContactType::kB ? b.plane_vertex(id.j) : highest_vertex(b, plane.normal_w, start.b);
   plane.gap_m = plane.normal_w.dot(y_w - b.vertex(plane.support.b)) +
                 plane.normal_a.dot(a.vertex(plane.support.a)) - pair.skin_m;
   plane.defined = true;

@@ -5,8 +5,32 @@
 #include <cmath>
 
 namespace haptic {
+namespace {
+
+/// Coordinate `row` of a turned vertex, or of several: in this order of sums for both.
+template <typename Number>
+Number turned_row(const Mat3& r_wa, int row, const Number& x, const Number& y, const Number& z) {
+  return (x * r_wa(row, 0) + y * r_wa(row, 1)) + z * r_wa(row, 2);
+}
+
+void turn_facet(const PieceView& facet, const Mat3& r_wa, Real* lanes_w) noexcept {
+  const std::uint32_t count = lane_points(facet, lanes_w).count;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const ConstVec3Map p = facet.vertex(k < facet.vertex_count ? k : 0);
+    for (int row = 0; row < 3; ++row) {
+      lanes_w[static_cast<std::uint32_t>(row) * facet.lane_count + k] =
+          turned_row(r_wa, row, p[0], p[1], p[2]);
+    }
+  }
+}
+
+}  // namespace
 
 void turn_vertices(const PieceView& piece, const Mat3& r_wa, Real* lanes_w) noexcept {
+  if (piece.is_facet()) {
+    turn_facet(piece, r_wa, lanes_w);
+    return;
+  }
   const LanePoints local = lane_points(piece);
   for (std::uint32_t k = 0; k < local.count; k += kLanes) {
     RealLanes x, y, z;
@@ -14,7 +38,7 @@ void turn_vertices(const PieceView& piece, const Mat3& r_wa, Real* lanes_w) noex
     load_lanes(local.y + k, y);
     load_lanes(local.z + k, z);
     for (int row = 0; row < 3; ++row) {
-      const RealLanes turned = (x * r_wa(row, 0) + y * r_wa(row, 1)) + z * r_wa(row, 2);
+      const RealLanes turned = turned_row(r_wa, row, x, y, z);
       store_lanes(turned, lanes_w + static_cast<std::uint32_t>(row) * piece.lane_count + k);
     }
   }
@@ -27,7 +51,6 @@ PairPose make_pair_pose(const PairView& pair, const Real* lanes_w, const Mat3& r
   PairPose pose;
   pose.pair = &pair;
   pose.points_a_w = lane_points(pair.a, lanes_w);
-  pose.points_b_w = lane_points(pair.b);
   pose.r_wa = r_wa;
   pose.y_w = y_w;
   const Vec3 mean_a(static_cast<Real>(a.centre_m[0]), static_cast<Real>(a.centre_m[1]),

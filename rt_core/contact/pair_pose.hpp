@@ -13,8 +13,8 @@
 namespace haptic {
 
 /// Turns the vertices of one piece of A: writes R a into `lanes_w`, three arrays of
-/// piece.lane_count Reals. Lanes that are turned already are copied. Cost: a matrix product per
-/// vertex.
+/// piece.lane_count Reals, of which those are written that lane_points reads. Cost: a matrix
+/// product per vertex.
 void turn_vertices(const PieceView& piece, const Mat3& r_wa, Real* lanes_w) noexcept;
 
 /// One pair at one configuration. `y_w` = x_0^A minus the reference of B's body: the C-space point
@@ -22,7 +22,6 @@ void turn_vertices(const PieceView& piece, const Mat3& r_wa, Real* lanes_w) noex
 struct PairPose {
   const PairView* pair = nullptr;
   LanePoints points_a_w;  ///< R a, of this piece of A [m]
-  LanePoints points_b_w;  ///< of this piece of B, about its reference [m]
   Mat3 r_wa = Mat3::Identity();
   Vec3 y_w = Vec3::Zero();  ///< [m]
   /// c = mean(B) - R mean(A): inside the C-obstacle; zero of a part that never turns [m].
@@ -51,7 +50,7 @@ struct PairPose {
   return {lanes, lanes + piece.lane_count, lanes + 2 * piece.lane_count,
           (piece.vertex_count + kLanes - 1) / kLanes * kLanes};
 }
-/// The same in its own geometry frame.
+/// The same in its own geometry frame, of a piece that is no facet.
 [[nodiscard]] inline LanePoints lane_points(const PieceView& piece) noexcept {
   return lane_points(piece, piece.lanes);
 }

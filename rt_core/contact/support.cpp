@@ -8,10 +8,33 @@ namespace {
 constexpr std::uint32_t kNearSteps = 3, kClimbSamples = 16;
 static_assert(kClimbSamples <= kDenseVertices && kNearSteps < kMaxClimbSteps);
 
-}  // namespace
+/// Vertices of a facet as points.
+struct FacetPoints {
+  const PieceView& facet;
 
-std::uint32_t highest_vertex(const PieceView& piece, const LanePoints& points, const Vec3& n,
-                             std::uint32_t start) noexcept {
+  [[nodiscard]] ConstVec3Map at(std::uint32_t v) const noexcept { return facet.vertex(v); }
+};
+
+/// The first of the highest, by the sums of the search over lanes.
+std::uint32_t highest_point(const FacetPoints& points, const Vec3& n) noexcept {
+  const auto height_of = [&](std::uint32_t v) {
+    const ConstVec3Map p = points.at(v);
+    return (p[0] * n[0] + p[1] * n[1]) + p[2] * n[2];
+  };
+  std::uint32_t best = 0;
+  Real height = height_of(0);
+  for (std::uint32_t v = 1; v < points.facet.vertex_count; ++v) {
+    const Real h = height_of(v);
+    if (!(h > height)) continue;
+    height = h;
+    best = v;
+  }
+  return best;
+}
+
+template <typename Points>
+std::uint32_t highest_of(const PieceView& piece, const Points& points, const Vec3& n,
+                         std::uint32_t start) noexcept {
   if (piece.vertex_count <= kDenseVertices) return highest_point(points, n);
   std::uint32_t best = start;
   Real height = n.dot(points.at(best));
@@ -38,6 +61,18 @@ std::uint32_t highest_vertex(const PieceView& piece, const LanePoints& points, c
     if (best == from) return best;
   }
   return highest_point(points, n);
+}
+
+}  // namespace
+
+std::uint32_t highest_vertex(const PieceView& piece, const LanePoints& points, const Vec3& n,
+                             std::uint32_t start) noexcept {
+  return highest_of(piece, points, n, start);
+}
+
+std::uint32_t highest_vertex(const PieceView& piece, const Vec3& n, std::uint32_t start) noexcept {
+  return piece.is_facet() ? highest_of(piece, FacetPoints{piece}, n, start)
+                          : highest_of(piece, lane_points(piece), n, start);
 }
 
 }  // namespace haptic

@@ -18,6 +18,10 @@ inline constexpr std::uint32_t kMaxClimbSteps = 16;
 [[nodiscard]] std::uint32_t highest_vertex(const PieceView& piece, const LanePoints& points,
                                            const Vec3& n, std::uint32_t start) noexcept;
 
+/// The same of its vertices in its own geometry frame.
+[[nodiscard]] std::uint32_t highest_vertex(const PieceView& piece, const Vec3& n,
+                                           std::uint32_t start) noexcept;
+
 /// Vertex of A with the smallest n.(R a).
 [[nodiscard]] inline std::uint32_t lowest_vertex_a(const PairPose& pose, const Vec3& n_w,
                                                    std::uint32_t start) noexcept {
@@ -27,7 +31,7 @@ inline constexpr std::uint32_t kMaxClimbSteps = 16;
 /// Vertex of B with the largest n.b.
 [[nodiscard]] inline std::uint32_t highest_vertex_b(const PairPose& pose, const Vec3& n_w,
                                                     std::uint32_t start) noexcept {
-  return highest_vertex(pose.pair->b, pose.points_b_w, n_w, start);
+  return highest_vertex(pose.pair->b, n_w, start);
 }
 
 /// Support vertices of both pieces for one direction; kept from tick to tick as starts of the next

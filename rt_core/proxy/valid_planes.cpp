@@ -217,17 +217,15 @@ class ValidScan {
   /// The pairs of edge `e` of A with the edges of B. Heights of the apexes over the plane, times
   /// the sine of the edges' angle, as plane_applies has them: all four on one side, or none.
   void take_pairs_of(std::uint32_t e) noexcept {
-    const EdgeArc& arc_a = pair_.a.arcs[e];
     const Vec3 u = pose_.direction_a(e);
-    const Vec3 d0_w = pose_.r_wa * ConstVec3Map(arc_a.tilt[0]);
-    const Vec3 d1_w = pose_.r_wa * ConstVec3Map(arc_a.tilt[1]);
+    const Vec3 d0_w = pose_.r_wa * pair_.a.tilt(e, 0);
+    const Vec3 d1_w = pose_.r_wa * pair_.a.tilt(e, 1);
     const Vec3 a0 = pose_.y_w + pose_.vertex_a(pair_.a.edges[e].vertex[0]);
     const Real most = 2 * tolerance_;
     const Real least = loose_m_;
     for (const std::uint32_t g : edges_b_) {
-      const EdgeArc& arc_b = pair_.b.arcs[g];
-      const Real c0 = ConstVec3Map(arc_b.tilt[0]).dot(u);
-      const Real c1 = ConstVec3Map(arc_b.tilt[1]).dot(u);
+      const Real c0 = pair_.b.tilt(g, 0).dot(u);
+      const Real c1 = pair_.b.tilt(g, 1).dot(u);
       bool as_is = c0 <= most && -c1 <= most;
       bool turned = -c0 <= most && c1 <= most;
       if (!as_is && !turned) continue;
@@ -294,14 +292,12 @@ bool plane_applies(const PairView& pair, const Mat3& r_wa, const PlaneId& id) no
   const Vec3 v = ConstVec3Map(pair.b.edge_directions[id.j].unit);
   const Vec3 u = r_wa * ConstVec3Map(pair.a.edge_directions[id.i].unit);
   const Vec3 v_a = r_wa.transpose() * v;
-  const EdgeArc& arc_a = pair.a.arcs[id.i];
-  const EdgeArc& arc_b = pair.b.arcs[id.j];
   const Real sign = id.flipped ? -1.0_r : 1.0_r;
   // Heights of the apexes over the plane, times the sine of the edges' angle (tracking/near_set).
-  const Real c0 = sign * ConstVec3Map(arc_b.tilt[0]).dot(u);
-  const Real c1 = sign * ConstVec3Map(arc_b.tilt[1]).dot(u);
-  const Real d0 = sign * ConstVec3Map(arc_a.tilt[0]).dot(v_a);
-  const Real d1 = sign * ConstVec3Map(arc_a.tilt[1]).dot(v_a);
+  const Real c0 = sign * pair.b.tilt(id.j, 0).dot(u);
+  const Real c1 = sign * pair.b.tilt(id.j, 1).dot(u);
+  const Real d0 = sign * pair.a.tilt(id.i, 0).dot(v_a);
+  const Real d1 = sign * pair.a.tilt(id.i, 1).dot(v_a);
   const Real size = static_cast<Real>(pair.a.record->radius_m + pair.b.record->radius_m);
   const Real height = std::max(std::max(c0, -c1), std::max(d0, -d1));
   if (height <= 0) return true;

@@ -137,6 +137,21 @@ RtStatus arcs(const PieceView& p, double scale, double epsilon_m) noexcept {
   return RtStatus::kOk;
 }
 
+RtStatus sides(const PieceView& p) noexcept {
+  for (std::uint32_t e = 0; e < p.edge_count; ++e) {
+    const EdgeRecord& edge = p.edges[e];
+    const Double3 unit = to_double3(p.edge_directions[e].unit);
+    const Double3 along = (1.0 / norm(unit)) * unit;
+    const Double3 side = to_double3(p.side_normal(e).data());
+    const Double3 across = normal_across(p, edge.face[0], along);
+    const Double3 apex = vertex_of(p, edge.apex[0]) - vertex_of(p, edge.vertex[0]);
+    const bool fits = near_zero(dot(side, side) - 1.0) && near_zero(dot(side, along)) &&
+                      near_zero(dot(side, across)) && dot(side, apex) < 0.0;
+    if (!fits) return RtStatus::kBlobBadNumber;
+  }
+  return RtStatus::kOk;
+}
+
 RtStatus bounds(const PieceView& p, double scale, double epsilon_m) noexcept {
   const PieceRecord& r = *p.record;
   const double tolerance = kGeometryTolerance * scale;

@@ -49,20 +49,26 @@ class Turned {
     const auto lanes = tables.of<Real>(SectionId::kVertexLanes);
     const auto edges = tables.of<EdgeDirection>(SectionId::kEdgeDirections);
     const auto arcs = tables.of<EdgeArc>(SectionId::kEdgeArcs);
+    const auto sides = tables.of<Real>(SectionId::kConeDirections);
     for (PieceRecord& piece : pieces) {
       Real* const points = vertices.data() + 3 * std::size_t{piece.vertex_begin};
       for (std::uint32_t v = 0; v < piece.vertex_count; ++v) direction(points + 3 * std::size_t{v});
-      write_lanes(piece, points, lanes.data() + piece.lane_begin);
       measure(piece, points);
-      for (std::uint32_t e = 0; e < piece.edge_count; ++e) {
-        unit(edges[piece.edge_begin + e].unit);
-        unit(arcs[piece.edge_begin + e].mid);
-        unit(arcs[piece.edge_begin + e].side);
+      for (std::uint32_t e = 0; e < piece.edge_count; ++e) unit(edges[piece.edge_begin + e].unit);
+      if (is_flat(piece)) {
+        for (std::uint32_t e = 0; e < piece.edge_count; ++e)
+          unit(sides.data() + 3 * (std::size_t{piece.flat_edges} + e));
+        continue;
+      }
+      write_lanes(piece, points, lanes.data() + piece.lane_begin);
+      for (EdgeArc& arc : arcs.subspan(piece.edge_begin - piece.flat_edges, piece.edge_count)) {
+        unit(arc.mid);
+        unit(arc.side);
       }
     }
   }
   /// After planes and pieces: a tilt is a product in each of its coordinates, which may be next to
-  /// zero.
+  /// zero. Facets store none.
   static void tilts(const BodyRecord& body, std::span<const PieceRecord> pieces,
                     const Tables& tables) noexcept {
     const auto planes = tables.of<PlaneRecord>(SectionId::kPlanes).subspan(body.plane_begin);
@@ -72,6 +78,7 @@ class Turned {
     const auto arcs = tables.of<EdgeArc>(SectionId::kEdgeArcs);
     const auto vertices = tables.of<Real>(SectionId::kVertices);
     for (const PieceRecord& piece : pieces) {
+      if (is_flat(piece)) continue;
       const auto vertex = [&](std::uint32_t v) {
         return read(vertices.data() + 3 * (std::size_t{piece.vertex_begin} + v));
       };
@@ -82,7 +89,7 @@ class Turned {
           const double width_m =
               along.cross(vertex(edges[e].apex[k]) - vertex(edges[e].vertex[0])).norm();
           const double of_face = width_m * static_cast<double>(face.sign);
-          write(of_face * read(planes[face.plane].normal), arcs[e].tilt[k]);
+          write(of_face * read(planes[face.plane].normal), arcs[e - piece.flat_edges].tilt[k]);
         }
       }
     }

@@ -430,7 +430,6 @@ RtStatus SceneView::check_bodies(SceneFault& fault) const noexcept {
 /// have none. Facets may share directions.
 RtStatus SceneView::check_cones(std::uint32_t index, std::uint64_t& ranges) const noexcept {
   const PieceRecord& r = tables_.pieces[index];
-  if (r.reserved != 0) return RtStatus::kBlobBadNumber;
   if (!is_flat(r)) return r.cone_begin == kNoCones ? RtStatus::kOk : RtStatus::kBlobBadIndex;
   if (r.cone_begin != ranges) return RtStatus::kBlobBadIndex;
   ranges += std::uint64_t{r.vertex_count} + r.edge_count;
@@ -452,7 +451,8 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
       r.face_begin != (first ? 0 : before.face_begin + before.face_count) ||
       r.edge_begin != (first ? 0 : before.edge_begin + before.edge_count) ||
       r.loop_begin != (first ? 0 : before.loop_begin + before.loop_count) ||
-      r.lane_begin != (first ? 0 : before.lane_begin + 3 * before.lane_count)) {
+      r.lane_begin != (first ? 0 : before.lane_begin + stored_lanes(before)) ||
+      r.flat_edges != (first ? 0 : before.flat_edges + (is_flat(before) ? before.edge_count : 0))) {
     return RtStatus::kBlobBadCount;
   }
   const bool last = index + 1 == tables_.pieces.size();
@@ -460,21 +460,23 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
   const std::uint64_t faces_end = std::uint64_t{r.face_begin} + r.face_count;
   const std::uint64_t edges_end = std::uint64_t{r.edge_begin} + r.edge_count;
   const std::uint64_t loops_end = std::uint64_t{r.loop_begin} + r.loop_count;
-  const std::uint64_t lanes_end = std::uint64_t{r.lane_begin} + 3 * std::uint64_t{r.lane_count};
+  const std::uint64_t lanes_end = std::uint64_t{r.lane_begin} + stored_lanes(r);
+  const std::uint64_t sides_end = std::uint64_t{r.flat_edges} + (is_flat(r) ? r.edge_count : 0);
+  const std::uint64_t arcs_end = edges_end - sides_end;
   const bool fits =
       vertices_end <= tables_.vertices.size() / 3 && faces_end <= tables_.faces.size() &&
       edges_end <= tables_.edges.size() && edges_end <= tables_.edge_directions.size() &&
       loops_end <= tables_.loop_vertices.size() && loops_end <= tables_.loop_edges.size() &&
       vertices_end < tables_.vertex_edge_begin.size() &&
       vertices_end <= tables_.source_vertices.size() && lanes_end <= tables_.lanes.size() &&
-      edges_end <= tables_.arcs.size();
+      arcs_end <= tables_.arcs.size() && sides_end <= tables_.cone_directions.size() / 3;
   const bool exact =
       vertices_end == tables_.vertices.size() / 3 && faces_end == tables_.faces.size() &&
       edges_end == tables_.edges.size() && edges_end == tables_.edge_directions.size() &&
       loops_end == tables_.loop_vertices.size() && loops_end == tables_.loop_edges.size() &&
       vertices_end + 1 == tables_.vertex_edge_begin.size() &&
       vertices_end == tables_.source_vertices.size() && lanes_end == tables_.lanes.size() &&
-      edges_end == tables_.arcs.size() &&
+      arcs_end == tables_.arcs.size() &&
       tables_.vertex_edge_begin[static_cast<std::size_t>(vertices_end)] ==
           tables_.vertex_edges.size();
   if (!fits || (last && !exact)) return RtStatus::kBlobBadCount;
@@ -508,9 +510,13 @@ RtStatus SceneView::check_piece(std::uint32_t index) const noexcept {
   if (status != RtStatus::kOk) return status;
   status = check_measures(p, scale);
   if (status != RtStatus::kOk) return status;
-  status = check::lanes(p);
-  if (status != RtStatus::kOk) return status;
-  status = check::arcs(p, scale, parameters_->epsilon_m);
+  if (is_flat(r)) {
+    status = check::sides(p);
+  } else {
+    status = check::lanes(p);
+    if (status != RtStatus::kOk) return status;
+    status = check::arcs(p, scale, parameters_->epsilon_m);
+  }
   return status == RtStatus::kOk ? check::bounds(p, scale, parameters_->epsilon_m) : status;
 }
 

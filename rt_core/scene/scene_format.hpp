@@ -18,7 +18,7 @@
 namespace haptic {
 
 inline constexpr char kSceneMagic[8] = {'R', 'T', 'S', 'C', 'E', 'N', 'E', '\0'};
-inline constexpr std::uint32_t kSceneVersion = 13;
+inline constexpr std::uint32_t kSceneVersion = 14;
 inline constexpr std::size_t kSceneAlignment = 64;
 
 /// Limits of the format; the compiler refuses beyond them and SceneView checks them.
@@ -47,12 +47,15 @@ enum class SectionId : std::uint32_t {
   kNeighbors = 16,        ///< u16 or u32 (element_bytes): neighbor nodes within the pair, ascending
   kSourceVertices = 17,   ///< i32, by piece: vertex of the user's mesh, -1 when a cut made it
   kText = 18,             ///< bytes: names, UTF-8, not terminated
-  kVertexLanes = 19,      ///< Real, by piece: all x, all y, all z of its vertices, each padded
-  kEdgeArcs = 20,         ///< EdgeArc, by edge
+  kVertexLanes = 19,      ///< Real, by piece that is not flat: all x, all y, all z of its vertices,
+                          ///< each padded
+  kEdgeArcs = 20,         ///< EdgeArc, by edge of pieces that are not flat
   kNodeMarks = 21,        ///< u64, by pair or piece that has marks (scene/node_marks.hpp)
   kSimplified = 22,       ///< SimplifiedBody, by body; only where a simplification changed one
   kConeRanges = 23,       ///< ConeRange, by flat piece: of its vertices, then of its edges
-  kConeDirections = 24,   ///< Real[3], unit, geometry frame of the body
+  kConeDirections = 24,   ///< Real[3], unit, geometry frame of the body: by edge of flat pieces the
+                          ///< normal of the side there, in the facet's plane and out of it; behind
+                          ///< these the directions of cones
   kGuide = 25,            ///< GuideRecord, one; only where the scene leads the hand along a plan
   kGuideStations = 26,    ///< GuideStation, from the start to the goal; with kGuide alone
   kParts = 27,            ///< PartRecord, by body; only where the hand may hold one after another
@@ -387,13 +390,15 @@ struct PieceRecord {
   /// Largest ratio, over all edges, of the height that the piece can rise over a plane through the
   /// edge to the height of the adjoining face that rises, while that is at most epsilon; >= 1.
   double edge_relax_ratio;
-  std::uint32_t lane_begin;  ///< in kVertexLanes
+  std::uint32_t lane_begin;  ///< in kVertexLanes; there is nothing of a flat piece
   std::uint32_t lane_count;  ///< padded vertices: x at lane_begin, y and z one lane_count on each
   /// In kConeRanges, of a flat piece, else kNoCones: the directions of the mesh's edges at each
   /// vertex, away from it; then at each edge those in which its facets go on, in their planes and
   /// orthogonal to the edge. A contact can carry force along n where the piece goes on behind it.
   std::uint32_t cone_begin;
-  std::uint32_t reserved;
+  /// Edges of the flat pieces before this one: where the sides of a flat piece begin in
+  /// kConeDirections, and how far before its edges another one begins in kEdgeArcs.
+  std::uint32_t flat_edges;
 };
 
 /// A facet of a surface.
@@ -406,6 +411,11 @@ struct PieceRecord {
 /// planes almost parallel, no other plane may lie between them.
 [[nodiscard]] constexpr std::uint32_t plane_count(const PieceRecord& piece) noexcept {
   return piece.face_count + (is_flat(piece) ? piece.edge_count : 0);
+}
+
+/// Reals that a piece has in kVertexLanes.
+[[nodiscard]] constexpr std::uint64_t stored_lanes(const PieceRecord& piece) noexcept {
+  return is_flat(piece) ? 0 : 3 * std::uint64_t{piece.lane_count};
 }
 
 struct FaceRecord {

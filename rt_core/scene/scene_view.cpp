@@ -311,8 +311,6 @@ PieceView SceneView::piece(std::uint32_t index) const noexcept {
   v.faces = tables_.faces.data() + r.face_begin;
   v.edges = tables_.edges.data() + r.edge_begin;
   v.edge_directions = tables_.edge_directions.data() + r.edge_begin;
-  v.lanes = tables_.lanes.data() + r.lane_begin;
-  v.arcs = tables_.arcs.data() + r.edge_begin;
   v.vertex_edge_begin = tables_.vertex_edge_begin.data() + r.vertex_begin;
   v.vertex_edges = tables_.vertex_edges.data();
   v.loop_vertices = tables_.loop_vertices.data();
@@ -326,6 +324,9 @@ PieceView SceneView::piece(std::uint32_t index) const noexcept {
   if (is_flat(r)) {
     v.cones = tables_.cone_ranges.data() + r.cone_begin;
     v.cone_directions = tables_.cone_directions.data();
+  } else {
+    v.lanes = tables_.lanes.data() + r.lane_begin;
+    v.arcs = tables_.arcs.data() + (r.edge_begin - r.flat_edges);
   }
   return v;
 }

@@ -23,12 +23,12 @@ struct PieceView {
   const PieceRecord* record = nullptr;
   const Real* vertices = nullptr;  ///< 3 per vertex [m]
   /// The same, by coordinate: x at lanes[0 .. lane_count), y and z one lane_count on each [m]. What
-  /// is beyond vertex_count repeats vertex 0. If the moving part never turns: in W axes.
+  /// is beyond vertex_count repeats vertex 0. Null of a facet.
   const Real* lanes = nullptr;
   const FaceRecord* faces = nullptr;
   const EdgeRecord* edges = nullptr;
   const EdgeDirection* edge_directions = nullptr;
-  const EdgeArc* arcs = nullptr;                     ///< by edge; null where the part never turns
+  const EdgeArc* arcs = nullptr;                     ///< by edge; null of a facet
   const std::uint32_t* vertex_edge_begin = nullptr;  ///< of vertex v from [v] to [v + 1]; absolute
   const std::uint16_t* vertex_edges = nullptr;       ///< whole table
   const std::uint16_t* loop_vertices = nullptr;      ///< whole table
@@ -39,7 +39,7 @@ struct PieceView {
   std::uint32_t lane_count = 0;  ///< vertex_count rounded up to a multiple of kLanePadding
   /// Of a flat piece: of its vertices, then of its edges; else null.
   const ConeRange* cones = nullptr;
-  const Real* cone_directions = nullptr;  ///< whole table
+  const Real* cone_directions = nullptr;  ///< whole table, the sides of all facets first
 
   [[nodiscard]] ConstVec3Map vertex(std::uint32_t v) const noexcept {
     return ConstVec3Map(vertices + 3 * std::size_t{v});
@@ -85,7 +85,18 @@ struct PieceView {
   [[nodiscard]] bool is_side(std::uint32_t p) const noexcept { return p >= face_count; }
   [[nodiscard]] std::uint32_t side_edge(std::uint32_t p) const noexcept { return p - face_count; }
   [[nodiscard]] Vec3 plane_normal(std::uint32_t p) const noexcept {
-    return is_side(p) ? Vec3(ConstVec3Map(arcs[side_edge(p)].mid)) : face_normal(p);
+    return is_side(p) ? Vec3(side_normal(side_edge(p))) : face_normal(p);
+  }
+  /// Unit normal of a facet's side along edge `e`, in the facet's plane and out of it.
+  [[nodiscard]] ConstVec3Map side_normal(std::uint32_t e) const noexcept {
+    return ConstVec3Map(cone_directions + 3 * (std::size_t{record->flat_edges} + e));
+  }
+  /// Outward normal of face k of edge `e` times the distance of apex k from the edge's line [m].
+  [[nodiscard]] Vec3 tilt(std::uint32_t e, std::size_t k) const noexcept {
+    if (!is_facet()) return ConstVec3Map(arcs[e].tilt[k]);
+    const EdgeRecord& edge = edges[e];
+    const Real width_m = side_normal(e).dot(vertex(edge.vertex[0]) - vertex(edge.apex[k]));
+    return width_m * face_normal(edge.face[k]);
   }
   [[nodiscard]] Real plane_offset(std::uint32_t p) const noexcept {
     return is_side(p) ? plane_normal(p).dot(vertex(plane_vertex(p))) : face_offset(p);

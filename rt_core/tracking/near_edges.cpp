@@ -12,19 +12,41 @@ constexpr Real kParallelSine = HAPTIC_REAL_IS_FLOAT ? 1.0e-5_r : 1.0e-12_r;
 /// which it lies, instead of the cross product, which has lost its digits.
 constexpr Real kLerpSine = HAPTIC_REAL_IS_FLOAT ? 1.0e-2_r : 1.0e-6_r;
 
+/// Directions cos(t) mid + sin(t) side, |t| at most the angle of cosine and sine.
+struct Arc {
+  Vec3 mid, side;
+  Real cosine, sine;
+};
+
+/// Beyond the normals of both faces of a facet by so much [rad], that rounding of a direction
+/// leaves nothing out.
+constexpr Real kBeyondFacet = 1.0e-3_r;
+
+/// The arc of edge `e` as EdgeArc has it. Of a facet nothing is stored: between its two normals,
+/// and the whole circle where nodes count that apply within `epsilon_m`.
+Arc arc_of(const PieceView& piece, std::uint32_t e, Real epsilon_m) noexcept {
+  if (piece.is_facet()) {
+    const bool whole = epsilon_m > 0;
+    return {piece.side_normal(e), piece.face_normal(piece.edges[e].face[1]),
+            whole ? -1.0_r : -kBeyondFacet, whole ? 0.0_r : 1 - kBeyondFacet * kBeyondFacet / 2};
+  }
+  const EdgeArc& arc = piece.arcs[e];
+  return {ConstVec3Map(arc.mid), ConstVec3Map(arc.side), arc.cosine, arc.sine};
+}
+
 /// Largest n.w over the unit directions n of an arc. Cost: two dots and a root.
-Real arc_peak(const EdgeArc& arc, const Vec3& w) noexcept {
-  const Real p = ConstVec3Map(arc.mid).dot(w);
-  const Real q = std::abs(ConstVec3Map(arc.side).dot(w));
+Real arc_peak(const Arc& arc, const Vec3& w) noexcept {
+  const Real p = arc.mid.dot(w);
+  const Real q = std::abs(arc.side.dot(w));
   if (p * arc.sine - q * arc.cosine >= 0) return std::sqrt(p * p + q * q);  // the peak is inside
   return p * arc.cosine + q * arc.sine;
 }
 
 /// Largest min(n.v, n.w) over the unit directions n of an arc: attained at an end, at a peak of one
 /// of the two, or where they cross. Never above the smaller of both peaks. Cost: three roots.
-Real arc_peak_of_both(const EdgeArc& arc, const Vec3& v, const Vec3& w) noexcept {
-  const ConstVec3Map mid(arc.mid), side(arc.side);
-  const Real vp = mid.dot(v), vq = side.dot(v), wp = mid.dot(w), wq = side.dot(w);
+Real arc_peak_of_both(const Arc& arc, const Vec3& v, const Vec3& w) noexcept {
+  const Real vp = arc.mid.dot(v), vq = arc.side.dot(v);
+  const Real wp = arc.mid.dot(w), wq = arc.side.dot(w);
   const auto lower = [&](Real p, Real q) { return std::min(vp * p + vq * q, wp * p + wq * q); };
   Real peak = std::max(lower(arc.cosine, arc.sine), lower(arc.cosine, -arc.sine));
   const auto consider = [&](Real p, Real q) {                 // along the direction p mid + q side
@@ -76,9 +98,10 @@ Real NearSearch::bound_edge_b(std::uint32_t e) const noexcept {
   const Vec3 from = pose_.y_w - pose_.vertex_b(edge.vertex[0]);
   const std::uint32_t v0 = bounds_.b.face_support[edge.face[0]];
   const std::uint32_t v1 = bounds_.b.face_support[edge.face[1]];
-  const Real bound = arc_peak(b_.arcs[e], from + pose_.vertex_a(v0));
+  const Arc arc = arc_of(b_, e, epsilon_);
+  const Real bound = arc_peak(arc, from + pose_.vertex_a(v0));
   if (v0 == v1 || bound < best_.value - slack_.edges_m) return bound;
-  return arc_peak_of_both(b_.arcs[e], from + pose_.vertex_a(v0), from + pose_.vertex_a(v1));
+  return arc_peak_of_both(arc, from + pose_.vertex_a(v0), from + pose_.vertex_a(v1));
 }
 
 Real NearSearch::bound_edge_a(std::uint32_t e) const noexcept {
@@ -90,16 +113,17 @@ Real NearSearch::bound_edge_a(std::uint32_t e) const noexcept {
     return pose_.r_wa.transpose() * (pose_.vertex_b(v) - pose_.y_w) - a0;
   };
   const Vec3 w0 = from(v0);
-  const Real bound = arc_peak(a_.arcs[e], w0);
+  const Arc arc = arc_of(a_, e, epsilon_);
+  const Real bound = arc_peak(arc, w0);
   if (v0 == v1 || bound < best_.value - slack_.edges_m) return bound;
-  return arc_peak_of_both(a_.arcs[e], w0, from(v1));
+  return arc_peak_of_both(arc, w0, from(v1));
 }
 
 ActiveEdge NearSearch::active_edge_a(std::uint32_t e) const noexcept {
   ActiveEdge active;
   active.direction_w = pose_.direction_a(e);
   active.origin_w = pose_.y_w + pose_.vertex_a(a_.edges[e].vertex[0]);
-  active.arc = &a_.arcs[e];
+  active.arc = a_.is_facet() ? nullptr : &a_.arcs[e];
   active.edge = static_cast<std::uint16_t>(e);
   return active;
 }
@@ -109,7 +133,7 @@ ActiveEdge NearSearch::active_edge_b(std::uint32_t e) const noexcept {
   active.direction_w = ConstVec3Map(b_.edge_directions[e].unit);
   active.other_axes = pose_.r_wa.transpose() * active.direction_w;
   active.origin_w = pose_.vertex_b(b_.edges[e].vertex[0]);
-  active.arc = &b_.arcs[e];
+  active.arc = b_.is_facet() ? nullptr : &b_.arcs[e];
   active.edge = static_cast<std::uint16_t>(e);
   return active;
 }
@@ -147,11 +171,11 @@ bool NearSearch::test_marked(const ActiveEdge& b, std::uint32_t capacity) noexce
 void NearSearch::test_pair(const ActiveEdge& a, const ActiveEdge& b, bool collect) noexcept {
   const Vec3& u = a.direction_w;
   const Vec3& v = b.direction_w;
-  const Real c0 = ConstVec3Map(b.arc->tilt[0]).dot(u), c1 = ConstVec3Map(b.arc->tilt[1]).dot(u);
+  const Real c0 = b_.tilt(b.edge, 0).dot(u), c1 = b_.tilt(b.edge, 1).dot(u);
   const Real least_c = std::min(std::max(c0, -c1), std::max(-c0, c1));
   if (least_c >= epsilon_ && least_c > slack_.heights_m) return;  // the sine is at most 1
-  const Real d0 = ConstVec3Map(a.arc->tilt[0]).dot(b.other_axes);
-  const Real d1 = ConstVec3Map(a.arc->tilt[1]).dot(b.other_axes);
+  const Real d0 = a_.tilt(a.edge, 0).dot(b.other_axes);
+  const Real d1 = a_.tilt(a.edge, 1).dot(b.other_axes);
   const Real plus = std::max(std::max(c0, -c1), std::max(d0, -d1));
   const Real minus = std::max(std::max(-c0, c1), std::max(-d0, d1));
   const Real height = std::min(plus, minus);
@@ -174,8 +198,7 @@ void NearSearch::take_pair(const ActiveEdge& a, const ActiveEdge& b, const PairH
   const bool fits = h.height <= slack_.heights_m;
   Vec3 n = (h.sign / h.sine) * m;
   if (fits && h.sine < kLerpSine) {
-    const Vec3 between =
-        h.sign * (ConstVec3Map(b.arc->tilt[0]) * h.c1 - ConstVec3Map(b.arc->tilt[1]) * h.c0);
+    const Vec3 between = h.sign * (b_.tilt(b.edge, 0) * h.c1 - b_.tilt(b.edge, 1) * h.c0);
     const Real length2 = between.squaredNorm();
     if (length2 > 0) n = between / std::sqrt(length2);
   }
@@ -190,18 +213,19 @@ void NearSearch::take_pair(const ActiveEdge& a, const ActiveEdge& b, const PairH
   node.violation_m = h.height / h.sine;
   if (fits) count_pair(node, h);
   if (!h.collect || h.sine < kMinEdgeSine) return;
-  if (h.height > 0) node.violation_m = std::max(node.violation_m, rise(node, h, *a.arc, *b.arc));
+  if (h.height > 0) node.violation_m = std::max(node.violation_m, rise(node, h, a.arc, b.arc));
   if (f - std::max(node.violation_m, Real{0}) > best_.value - epsilon_) collect_edge_pair(node);
 }
 
-Real NearSearch::rise(const NearNode& node, const PairHeights& h, const EdgeArc& arc_a,
-                      const EdgeArc& arc_b) noexcept {
+Real NearSearch::rise(const NearNode& node, const PairHeights& h, const EdgeArc* arc_a,
+                      const EdgeArc* arc_b) noexcept {
   // An apex tells only while n has left the arc at its side by less than a right angle: past an
   // edge that is nearly flat, or round to the back of a sharp one, n points into the piece.
-  const auto told = [&h](const EdgeArc& arc, Real h0, Real h1, const Vec3& outward) {
+  const auto told = [&h](const EdgeArc* arc, Real h0, Real h1, const Vec3& outward) {
     const bool up0 = h.sign * h0 > 0, up1 = h.sign * h1 < 0;
     const auto tells = [&](int k) {
-      return arc.apex_rules[k] != 0 && ConstVec3Map(arc.tilt[k]).dot(outward) > 0;
+      return arc != nullptr && arc->apex_rules[k] != 0 &&
+             ConstVec3Map(arc->tilt[k]).dot(outward) > 0;
     };
     return !(up0 && up1) && (!up0 || tells(0)) && (!up1 || tells(1));
   };

@@ -102,8 +102,8 @@ class NearSearch {
                         const Vec3& m, const Vec3& w) noexcept;
   /// Largest height that one of the pieces rises over the plane of an edge pair, where its apex
   /// does not tell; else a height that the apexes have.
-  [[nodiscard]] inline Real rise(const NearNode& node, const PairHeights& h, const EdgeArc& arc_a,
-                                 const EdgeArc& arc_b) noexcept;
+  [[nodiscard]] inline Real rise(const NearNode& node, const PairHeights& h, const EdgeArc* arc_a,
+                                 const EdgeArc* arc_b) noexcept;
   /// The value of an applicable pair: f itself where the heights leave no doubt, for then the edges
   /// are the supports; else the gap along n, which is a lower bound for any n.
   inline void count_pair(const NearNode& node, const PairHeights& h) noexcept;

@@ -66,10 +66,10 @@ struct TouchedFace {
 
 /// An edge whose arc may carry a value that matters, at the current pose.
 struct ActiveEdge {
-  Vec3 direction_w;  ///< unit
-  Vec3 origin_w;     ///< its first vertex, about B's reference [m]
-  Vec3 other_axes;   ///< B's edge: its direction in A's axes
-  const EdgeArc* arc = nullptr;
+  Vec3 direction_w;              ///< unit
+  Vec3 origin_w;                 ///< its first vertex, about B's reference [m]
+  Vec3 other_axes;               ///< B's edge: its direction in A's axes
+  const EdgeArc* arc = nullptr;  ///< null of a facet
   std::uint16_t edge = 0;
 };
 

@@ -41,8 +41,8 @@ bool renew_gate(const PairView& pair, const Mat3& r_wa, const Vec3& y_w, const O
   if (!plane.known || !is_far(at_most, plane.face, exact_band_m)) return false;
   const Vec3 n_w = plane.of_a ? Vec3(r_wa * plane.normal) : plane.normal;
   const Vec3 n_a = plane.of_a ? plane.normal : Vec3(r_wa.transpose() * plane.normal);
-  plane.support.a = highest_vertex(pair.a, lane_points(pair.a), -n_a, plane.support.a);
-  plane.support.b = highest_vertex(pair.b, lane_points(pair.b), n_w, plane.support.b);
+  plane.support.a = highest_vertex(pair.a, -n_a, plane.support.a);
+  plane.support.b = highest_vertex(pair.b, n_w, plane.support.b);
   const Real gap =
       n_w.dot(y_w - pair.b.vertex(plane.support.b)) + n_a.dot(pair.a.vertex(plane.support.a));
   plane.made_at = odometer;

@@ -259,6 +259,14 @@ std::vector<Seed> seeds() {
   rough.statics[0].friction_static = kMaxFriction;
   rough.parameters.held.mass_kg = 0.5;
   rough.parameters.held.gravity_m_per_s2[2] = -9.81;
+  tools::SceneDescription sheet = proxy;
+  sheet.statics.insert(
+      sheet.statics.begin(),
+      {test::facet({{-0.1, -0.1, 0.01}, {0.1, -0.1, 0.01}, {0, 0.1, 0.02}}), {0, 0, 0}});
+  tools::SceneDescription leaf = proxy;
+  leaf.moving.body =
+      test::facet({{0.05, 0, -0.03}, {0.03, 0.04, -0.02}, {-0.03, 0, 0}, {-0.01, -0.04, -0.01}});
+  sheet.parameters.goal_contact = leaf.parameters.goal_contact = 0;
   const std::string huge = scaled(unit, kMaxSceneLength_m);
   return loaded({{"huge", huge},
                  {"huge_stiff", stiffened(huge)},
@@ -268,6 +276,8 @@ std::vector<Seed> seeds() {
                  {"stiff", stiffened(unit)},
                  {"proxy", written(proxy)},
                  {"rough", written(rough)},
+                 {"sheet", written(sheet)},
+                 {"leaf", written(leaf)},
                  {"parts", parts_blob(tetrahedron, small_block, table)},
                  {"driven", driven_blob(tetrahedron, small_block, table)},
                  {"two_hands", two_hand_blob(tetrahedron, small_block, table)},

@@ -180,6 +180,24 @@ TEST_SUITE("rt_core.placed_bodies") {
     }
   }
 
+  TEST_CASE("a facet that is moved is a sound one, and felt as before beside solids") {
+    tools::SceneDescription scene = world(LawId::kProxy, 0);
+    scene.statics.insert(scene.statics.begin(), {facet({{-0.02, -0.05, 0.004},
+                                                        {0.01, -0.05, 0.004},
+                                                        {0.01, 0.05, 0.01},
+                                                        {-0.02, 0.05, 0.01}}),
+                                                 {0, 0, 0}});
+    Random random(5);
+    for (int trial = 0; trial < 4; ++trial) {
+      CAPTURE(trial);
+      const BodyMove move = random_move(random);
+      double most_n = 0;
+      const double worst = largest_difference(scene, move, move, most_n);
+      CHECK(most_n > 1);
+      CHECK(worst <= kShare * most_n);
+    }
+  }
+
   TEST_CASE("so is one without a part of its own, under law paper") {
     Random random(3);
     const BodyMove move = random_move(random);

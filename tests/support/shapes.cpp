@@ -79,6 +79,44 @@ tools::Body prism(int n, double radius, double height) {
   return convex_body(v, faces);
 }
 
+tools::Body facet(const std::vector<Point>& corners) {
+  const std::size_t n = corners.size();
+  const auto unit = [](const Point& v) {
+    const double length = std::sqrt(dot(v, v));
+    return Point{v[0] / length, v[1] / length, v[2] / length};
+  };
+  tools::Body body;
+  body.name = "test facet";
+  tools::ConvexPiece piece;
+  piece.vertices = corners;
+  Point normal{0, 0, 0}, middle{0, 0, 0};
+  std::vector<std::uint32_t> loop;
+  for (std::size_t k = 0; k < n; ++k) {
+    const Point twice =
+        cross(minus(corners[k], corners[0]), minus(corners[(k + 1) % n], corners[0]));
+    for (std::size_t i = 0; i < 3; ++i) {
+      normal[i] += twice[i];
+      middle[i] += corners[k][i] / static_cast<double>(n);
+    }
+    loop.push_back(static_cast<std::uint32_t>(k));
+  }
+  normal = unit(normal);
+  for (std::size_t k = 0; k < n; ++k) {
+    const Point ahead = unit(minus(corners[(k + 1) % n], corners[k]));
+    piece.vertex_cones.push_back({static_cast<std::uint32_t>(body.directions.size()), 2});
+    piece.side_cones.push_back({static_cast<std::uint32_t>(body.directions.size()) + 2, 1});
+    body.directions.push_back(ahead);
+    body.directions.push_back(unit(minus(corners[(k + n - 1) % n], corners[k])));
+    body.directions.push_back(cross(normal, ahead));
+  }
+  body.planes.push_back({normal, dot(normal, middle)});
+  piece.faces.push_back({0, 1, loop, -1});
+  piece.faces.push_back({0, -1, {loop.rbegin(), loop.rend()}, -1});
+  body.centre_of_volume_m = middle;
+  body.pieces.push_back(std::move(piece));
+  return body;
+}
+
 tools::Body random_hull(std::uint64_t seed, int count, const Point& axes) {
   Random random(seed);
   std::vector<Point> v;

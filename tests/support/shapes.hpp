@@ -29,6 +29,9 @@ tools::Body tetrahedron(const Point& a, const Point& b, const Point& c, const Po
 /// Regular prism about z: n-gon of circumradius r, from -h/2 to h/2.
 tools::Body prism(int n, double radius, double height);
 
+/// A surface of one facet, open all round: a flat convex polygon with its corners in order.
+tools::Body facet(const std::vector<Point>& corners);
+
 /// Convex hull of `count` points on an ellipsoid with the given semi-axes, seeded; triangles only.
 /// O(count^4): for tens of points.
 tools::Body random_hull(std::uint64_t seed, int count, const Point& axes);

@@ -20,8 +20,8 @@ struct CostFigures {
   /// The first tick with most instructions; where they were not counted, with most work.
   std::size_t largest_tick = 0;
   double median_us = 0, p99_us = 0, largest_us = 0;  ///< of the times
-  /// Of the ticks timed with cold caches: their number, times as warm as can be from the same
-  /// state, and times after a flush; 0 where there are none.
+  /// Ticks timed with cold caches too: their number, times as warm as can be from the same state,
+  /// and times after a flush; 0 where there are none.
   std::size_t cold_ticks = 0;
   double same_warm_median_us = 0, cold_median_us = 0, cold_largest_us = 0;
   std::size_t cold_largest_tick = 0;

@@ -21,7 +21,7 @@ namespace {
 /// How much faster a quick run moves.
 constexpr double kQuickFactor = 4;
 
-/// Of every so many ticks one is timed with cold caches.
+/// One of so many ticks is timed with cold caches.
 constexpr std::size_t kColdStride = 50;
 /// Bytes of scene and state of all ticks so timed: at 7 flushes of some 50 ps a byte and as many
 /// copies, a few seconds.

@@ -49,7 +49,7 @@ void damage(CoreSession& session, ProxyFault fault) {
   // The scene's bytes are the session's own, mutable memory; the view only promises not to write.
   const PieceView a = view.piece(0);
   std::memcpy(const_cast<Real*>(a.vertices) + 3, a.vertices, 3 * sizeof(Real));
-  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+  for (std::uint32_t axis = 0; axis < 3 && a.lanes != nullptr; ++axis) {
     Real* lane = const_cast<Real*>(a.lanes) + std::size_t{axis} * a.lane_count;
     lane[1] = lane[0];
   }

@@ -104,9 +104,11 @@ TEST_SUITE("tools.surface_scene") {
     CHECK_FALSE(view.lists_pairs());
     CHECK_FALSE(view.piece(0).is_facet());
     REQUIRE(view.pieces().size() == 3);
+    CHECK((view.piece(0).lanes != nullptr && view.piece(0).arcs != nullptr));
     for (const std::uint32_t p : {1u, 2u}) {
       const PieceView facet = view.piece(p);
       CHECK(facet.is_facet());
+      CHECK((facet.arcs == nullptr && facet.lanes == nullptr));
       CHECK(facet.vertex_count == 3);
       CHECK(facet.face_normal(0) == Vec3(-facet.face_normal(1)));
       CHECK(plane_count(*facet.record) == 5);
@@ -119,6 +121,15 @@ TEST_SUITE("tools.surface_scene") {
           return ++ways > 0;
         }));
         folds += ways == 2 ? 1 : 0;
+        // Its tilts are those of the two faces: opposite, as long as the facet is wide there.
+        const ConstVec3Map end = facet.vertex(facet.edges[e].vertex[0]);
+        const Real width_m = ConstVec3Map(facet.edge_directions[e].unit)
+                                 .cross(facet.vertex(facet.edges[e].apex[0]) - end)
+                                 .norm();
+        for (const std::size_t k : {std::size_t{0}, std::size_t{1}}) {
+          const Vec3 expected = width_m * facet.face_normal(facet.edges[e].face[k]);
+          CHECK((facet.tilt(e, k) - expected).norm() < kRounding_m);
+        }
         // The side's plane: away from the facet, through both ends of the edge.
         const std::uint32_t side = facet.face_count + e;
         for (std::uint32_t v = 0; v < facet.vertex_count; ++v) {
@@ -208,8 +219,22 @@ TEST_SUITE("tools.surface_scene") {
             RtStatus::kBlobBadIndex);
     refused([](SceneBytes& b) { section<PieceRecord>(b, SectionId::kPieces)[2].cone_begin = 0; },
             RtStatus::kBlobBadIndex);
-    refused([](SceneBytes& b) { section<PieceRecord>(b, SectionId::kPieces)[1].reserved = 1; },
-            RtStatus::kBlobBadNumber);
+    refused([](SceneBytes& b) { section<PieceRecord>(b, SectionId::kPieces)[1].flat_edges = 1; },
+            RtStatus::kBlobBadCount);
+    refused([](SceneBytes& b) { section<PieceRecord>(b, SectionId::kPieces)[2].flat_edges = 0; },
+            RtStatus::kBlobBadCount);
+    refused([](SceneBytes& b) { section<PieceRecord>(b, SectionId::kPieces)[2].lane_begin += 24; },
+            RtStatus::kBlobBadCount);
+    const auto side = [&](const std::function<void(Real*)>& damage) {
+      refused([&](SceneBytes& b) { damage(section<Real>(b, SectionId::kConeDirections)); },
+              RtStatus::kBlobBadNumber);
+    };
+    side([](Real* n) { n[0] += 1e-3_r; });
+    side([](Real* n) { n[7] = std::numeric_limits<Real>::quiet_NaN(); });
+    side([](Real* n) { std::swap_ranges(n, n + 3, n + 3); });
+    side([](Real* n) {
+      for (int k = 0; k < 3; ++k) n[k] = -n[k];
+    });
     refused([](SceneBytes& b) { section<PieceRecord>(b, SectionId::kPieces)[1].volume_m3 = 1e-9; },
             RtStatus::kBlobBadNumber);
     refused(

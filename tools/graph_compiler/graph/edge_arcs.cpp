@@ -127,4 +127,11 @@ std::vector<EdgeArc> edge_arcs(const WidePiece& piece, const std::vector<WideArc
   return result;
 }
 
+std::vector<std::array<Real, 3>> arc_middles(const std::vector<WideArc>& arcs) {
+  std::vector<std::array<Real, 3>> middles;
+  for (const WideArc& arc : arcs)
+    middles.push_back({to_real(arc.mid[0]), to_real(arc.mid[1]), to_real(arc.mid[2])});
+  return middles;
+}
+
 }  // namespace haptic::tools

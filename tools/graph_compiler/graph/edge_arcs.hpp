@@ -3,6 +3,7 @@
 /// Arcs of the edges of a piece on the Gauss sphere, each extended by what epsilon allows
 /// (EdgeArc): which normals an edge can carry, for the search of near edge pairs.
 
+#include <array>
 #include <vector>
 
 #include "rt_core/scene/scene_format.hpp"
@@ -43,5 +44,8 @@ WideArc wide_arc(const WidePiece& piece, std::uint32_t e, double epsilon_m);
 /// The arcs of all edges, rounded. Cost: O(E).
 std::vector<EdgeArc> edge_arcs(const WidePiece& piece, const std::vector<WideArc>& arcs,
                                double epsilon_m);
+
+/// The middles of all arcs, rounded: of a facet's edges the normals of its sides. Cost: O(E).
+std::vector<std::array<Real, 3>> arc_middles(const std::vector<WideArc>& arcs);
 
 }  // namespace haptic::tools

@@ -32,10 +32,11 @@ std::string piece_place(const Body& body, std::size_t piece) {
   return body.name + ": piece " + std::to_string(piece);
 }
 
-/// Appends the vertices by coordinate, each padded with vertex 0.
+/// Appends the vertices by coordinate, each padded with vertex 0; nothing of a facet.
 void add_lanes(SceneTables& t, const PieceGeometry& geometry, PieceRecord& record) {
   record.lane_begin = size32(t.lanes);
   record.lane_count = padded_lanes(record.vertex_count);
+  if (is_flat(record)) return;
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t v = 0; v < record.lane_count; ++v) {
       const std::size_t from = v < record.vertex_count ? v : 0;
@@ -44,7 +45,8 @@ void add_lanes(SceneTables& t, const PieceGeometry& geometry, PieceRecord& recor
   }
 }
 
-/// Appends the arcs of the edges and fills what bounds the search: reach and relaxations.
+/// Appends the arcs of the edges, or the sides of a facet, and fills what bounds the search: reach
+/// and relaxations.
 void add_bounds(SceneTables& t, const WidePiece& piece, PieceRecord& record,
                 const std::function<void(double)>& progress) {
   const double epsilon_m = t.parameters[0].epsilon_m;
@@ -55,7 +57,12 @@ void add_bounds(SceneTables& t, const WidePiece& piece, PieceRecord& record,
   for (std::uint32_t e = 0; e < record.edge_count; ++e) {
     arcs.push_back(wide_arc(piece, e, epsilon_m));
   }
-  append(t.arcs, edge_arcs(piece, arcs, epsilon_m));
+  record.flat_edges = size32(t.side_normals);
+  if (is_flat(record)) {
+    append(t.side_normals, arc_middles(arcs));
+  } else {
+    append(t.arcs, edge_arcs(piece, arcs, epsilon_m));
+  }
   t.account.edges.push_back(edge_relaxation(piece, arcs, epsilon_m, record.radius_m));
   t.account.vertices.push_back(vertex_relaxation(piece, epsilon_m, progress));
   record.edge_relax_ratio = t.account.edges.back().ratio;
@@ -282,8 +289,12 @@ BlobBuilder sections_of(const SceneTables& t, bool wide) {
   blob.add(SectionId::kEdgeArcs, t.arcs);
   if (!t.marks.empty()) blob.add(SectionId::kNodeMarks, t.marks);
   if (!t.cone_ranges.empty()) {
-    blob.add(SectionId::kConeRanges, t.cone_ranges);
-    blob.add(SectionId::kConeDirections, t.cone_directions);
+    std::vector<ConeRange> ranges = t.cone_ranges;
+    for (ConeRange& cone : ranges) cone.begin += size32(t.side_normals);
+    std::vector<std::array<Real, 3>> directions = t.side_normals;
+    append(directions, t.cone_directions);
+    blob.add(SectionId::kConeRanges, ranges);
+    blob.add(SectionId::kConeDirections, directions);
   }
   return blob;
 }

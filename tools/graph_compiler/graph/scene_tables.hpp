@@ -69,8 +69,9 @@ struct SceneTables {
   std::vector<std::uint32_t> neighbor_begin{0};
   std::vector<std::uint32_t> neighbors;
   std::vector<std::uint64_t> marks;
-  std::vector<ConeRange> cone_ranges;
-  std::vector<std::array<Real, 3>> cone_directions;
+  std::vector<ConeRange> cone_ranges;  ///< in cone_directions
+  /// Two halves of one section: normals of the sides of facets, by edge, then directions of cones.
+  std::vector<std::array<Real, 3>> side_normals, cone_directions;
   std::uint32_t cone_base = 0;  ///< directions of the bodies before; not a section
   std::vector<std::int32_t> source_vertices;
   std::vector<char> text;

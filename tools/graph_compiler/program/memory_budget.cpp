@@ -131,9 +131,12 @@ void propose_pieces(const SceneView& scene, std::vector<BudgetProposal>& proposa
             (3 * sizeof(Real) + sizeof(std::uint32_t) + sizeof(std::int32_t)) +
         std::uint64_t{r.face_count} * sizeof(FaceRecord) +
         std::uint64_t{r.loop_count} * 2 * sizeof(std::uint16_t) +
-        std::uint64_t{r.edge_count} * (sizeof(EdgeRecord) + sizeof(EdgeDirection) +
-                                       2 * sizeof(std::uint16_t) + sizeof(EdgeArc)) +
-        3 * std::uint64_t{r.lane_count} * sizeof(Real);
+        std::uint64_t{r.edge_count} *
+            (sizeof(EdgeRecord) + sizeof(EdgeDirection) + 2 * sizeof(std::uint16_t)) +
+        stored_lanes(r) * sizeof(Real);
+    constants += is_flat(r) ? std::uint64_t{r.edge_count} * 3 * sizeof(Real) +
+                                  (std::uint64_t{r.vertex_count} + r.edge_count) * sizeof(ConeRange)
+                            : std::uint64_t{r.edge_count} * sizeof(EdgeArc);
     std::uint64_t state = 0;  // of its pairs: the bounds of their faces and edges
     for (std::uint32_t i = 0; i < scene.listed_pairs().size(); ++i) {
       const PairRecord& pair = scene.listed_pairs()[i];
