@@ -32,9 +32,11 @@ std::uint32_t highest_point(const FacetPoints& points, const Vec3& n) noexcept {
   return best;
 }
 
+/// Inside both callers: a call more would cost a fifth of a small piece's search.
 template <typename Points>
-std::uint32_t highest_of(const PieceView& piece, const Points& points, const Vec3& n,
-                         std::uint32_t start) noexcept {
+[[gnu::always_inline]] inline std::uint32_t highest_of(const PieceView& piece, const Points& points,
+                                                       const Vec3& n,
+                                                       std::uint32_t start) noexcept {
   if (piece.vertex_count <= kDenseVertices) return highest_point(points, n);
   std::uint32_t best = start;
   Real height = n.dot(points.at(best));
