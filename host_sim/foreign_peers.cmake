@@ -57,7 +57,7 @@ haptic_foreign_peer(BULLET bullet-float64 lab/peers/bullet_peer.cpp
   BulletCollision-float64 LinearMath-float64)
 haptic_foreign_peer(ODE ode lab/peers/ode_peer.cpp ode)
 
-# MuJoCo, which `host_sim bodies` steps next to the law of several bodies. Debian's has no file for pkg-config.
+# MuJoCo, which `host_sim bodies` steps next to the law of several bodies, and `host_sim pareto` as a coupled part. Debian's has no file for pkg-config.
 set(haptic_mujoco_found 0)
 if(HAPTIC_PEERS STREQUAL "AUTO")
   find_path(HAPTIC_MUJOCO_INCLUDE mujoco/mujoco.h)
@@ -65,10 +65,10 @@ if(HAPTIC_PEERS STREQUAL "AUTO")
   mark_as_advanced(HAPTIC_MUJOCO_INCLUDE HAPTIC_MUJOCO_LIBRARY)
   if(HAPTIC_MUJOCO_INCLUDE AND HAPTIC_MUJOCO_LIBRARY)
     set(haptic_mujoco_found 1)
-    haptic_foreign_adapter(MUJOCO lab/peers/mujoco_bodies.cpp "${HAPTIC_MUJOCO_INCLUDE}" "" ${HAPTIC_MUJOCO_LIBRARY})
+    haptic_foreign_adapter(MUJOCO "lab/peers/mujoco_bodies.cpp;lab/peers/mujoco_coupled.cpp" "${HAPTIC_MUJOCO_INCLUDE}" "" ${HAPTIC_MUJOCO_LIBRARY})
     list(APPEND haptic_foreign_found MUJOCO)
   endif()
 endif()
-set_property(SOURCE lab/bodies_study/peer_run.cpp APPEND PROPERTY COMPILE_DEFINITIONS
+set_property(SOURCE lab/bodies_study/peer_run.cpp lab/pareto/opponents.cpp APPEND PROPERTY COMPILE_DEFINITIONS
   HAPTIC_PEER_MUJOCO=${haptic_mujoco_found})
 message(STATUS "Libraries measured next to the core: ${haptic_foreign_found}")

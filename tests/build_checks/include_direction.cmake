@@ -34,6 +34,7 @@ set(may_host_sim rt_core/ hal/ host_sim/ tools/graph_compiler/graph/ tools/graph
   tools/live/ tools/verdict/ tools/common/)
 # The campaigns on triangle meshes, and on puzzles for planners, compile their files as a user does.
 set(may_host_sim/lab/acceptance rt_core/ hal/ host_sim/ tools/graph_compiler/ tools/common/)
+set(may_host_sim/lab/pareto rt_core/ hal/ host_sim/ tools/graph_compiler/ tools/common/)
 set(may_host_sim/lab/planning rt_core/ hal/ host_sim/ tools/graph_compiler/ tools/c_space/ tools/plan/ tools/common/)
 set(may_host_sim/lab/studies/planning rt_core/ hal/ host_sim/ tools/graph_compiler/ tools/c_space/ tools/plan/ tools/common/)
 set(may_host_sim/lab/strangers rt_core/ hal/ host_sim/ tools/graph_compiler/ tools/common/)

@@ -25,7 +25,7 @@ foreach(path IN LISTS all_files)
 endforeach()
 # Written by the build or by a program, or part of another project that a driver was checked against.
 foreach(path scene_image.hpp rt_core/scene/scene_image.hpp generated/rt_core_stack.hpp
-    accept.md bodies.md faults.md proxy_fuzz.md crossings.md hold.md hold_ticks.csv flight.md strangers.md surface_fuzz.md surface_compare.md verify.md pareto.md headline.md DIR/headline.md
+    accept.md bodies.md faults.md proxy_fuzz.md crossings.md hold.md hold_ticks.csv flight.md strangers.md surface_fuzz.md surface_compare.md verify.md pareto.md headline.md opponents.md DIR/headline.md
     DIR/README.md firmware/main.cpp fsusbhapticdevicethread.cpp kinematics.cpp)
   set("known_${path}" TRUE)
 endforeach()

@@ -159,14 +159,14 @@ TEST_CASE("headline: pressed straight on one face every method agrees with the r
   REQUIRE(reference.in_contact.size() > 40);
   CHECK(reference.in_contact.size() < scene.ticks() - 20);
   const double exact_n = sizeof(Real) == sizeof(double) ? 1e-6 : 1e-3;
-  CHECK(measure_renderer(scene, reference, *law_renderer(scene, LawId::kProxy), 1, clock)
+  CHECK(measure_renderer(scene.goals, reference, *law_renderer(scene, LawId::kProxy), 1, clock)
             .force_n.largest < exact_n);
-  CHECK(measure_renderer(scene, reference, *law_renderer(scene, LawId::kPaper), 1, clock)
+  CHECK(measure_renderer(scene.goals, reference, *law_renderer(scene, LawId::kPaper), 1, clock)
             .force_n.largest < exact_n);
   for (const PenaltyEntry& entry : penalty_catalog()) {
     CAPTURE(entry.title);
     const auto renderer = penalty_renderer(scene, entry.make(scene.bodies, kStiffness));
-    CHECK(measure_renderer(scene, reference, *renderer, 1, clock).force_n.largest < 1e-3);
+    CHECK(measure_renderer(scene.goals, reference, *renderer, 1, clock).force_n.largest < 1e-3);
   }
 }
 
@@ -175,7 +175,7 @@ TEST_CASE("headline: a wrong force, torque and stiffness are measured as they ar
   const HeadlineReference reference = headline_reference(scene);
   const TickClock clock;
   WrongRenderer wrong(law_renderer(scene, LawId::kProxy), Vector(0, 0.3, 0.4));
-  const HeadlineMethod method = measure_renderer(scene, reference, wrong, 2, clock);
+  const HeadlineMethod method = measure_renderer(scene.goals, reference, wrong, 2, clock);
   CHECK(method.force_n.median == doctest::Approx(0.5).epsilon(1e-3));
   CHECK(method.force_n.largest == doctest::Approx(0.5).epsilon(1e-2));
   CHECK(method.torque_nm.p99 == doctest::Approx(0.05).epsilon(1e-2));
@@ -183,7 +183,7 @@ TEST_CASE("headline: a wrong force, torque and stiffness are measured as they ar
   // Twice the stiffness: as much error as there is force.
   for (const PenaltyEntry& entry : penalty_catalog()) {
     const auto stiff = penalty_renderer(scene, entry.make(scene.bodies, 2 * kStiffness));
-    const HeadlineMethod twice = measure_renderer(scene, reference, *stiff, 1, clock);
+    const HeadlineMethod twice = measure_renderer(scene.goals, reference, *stiff, 1, clock);
     CHECK(twice.force_n.largest == doctest::Approx(reference.largest_force_n).epsilon(1e-2));
     CHECK(twice.force_step_n > 1.5 * reference.force_step_n);
   }

@@ -59,9 +59,9 @@ Command add_pareto_command(CLI::App& program) {
       ->required();
   app->add_flag("--quick", o->pareto.quick, "2000 poses a pair, within a minute");
   app->add_option("--pairs", o->pareto.pairs,
-                  "headline, or pair classes, such as W1,W4 (default all of this build)")
+                  "headline, opponents, or pair classes, such as W1,W4 (default all of this build)")
       ->delimiter(',')
-      ->check(CLI::IsMember({"W1", "W2", "W3", "W4", "W5", "W6", kHeadlineName}));
+      ->check(CLI::IsMember({"W1", "W2", "W3", "W4", "W5", "W6", kHeadlineName, kOpponentsName}));
   app->add_option("--seed", o->pareto.seed, "of bodies and motions (default 1)");
   return {app, [o] { return do_pareto(*o); }, "host_sim pareto --quick --out pareto"};
 }

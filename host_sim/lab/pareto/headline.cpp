@@ -15,16 +15,11 @@ namespace {
 
 constexpr std::uint32_t kQuickRepeats = 2;
 
-std::vector<std::byte> scene_bytes(const HeadlineScene& scene, LawId law, std::uint32_t passes,
-                                   bool all_pairs) {
-  tools::SceneDescription description = scene.description;
-  description.parameters.law = law;
-  description.parameters.coupling.passes = passes;
-  if (all_pairs) description.max_pair_visits = static_cast<std::uint32_t>(scene.pairs());
-  return tools::write_scene(description);
+std::size_t ticks_of(std::span<const MotionSample> goals) {
+  return (goals.size() - 1) / kHeadlineSubsteps + 1;
 }
 
-class LawRenderer final : public TickRenderer {
+class LawRenderer final : public PlacedRenderer {
  public:
   LawRenderer(std::span<const std::byte> scene, const std::string& name)
       : session_(scene, name), core_(session_.core()) {}
@@ -36,6 +31,9 @@ class LawRenderer final : public TickRenderer {
   [[nodiscard]] HandWrench wrench() const override {
     return {result_.wrench_w.force_w.cast<double>(), result_.wrench_w.torque_w.cast<double>(),
             (result_.flags & kFlagBudgetUsedUp) != 0};
+  }
+  [[nodiscard]] ShownPart part() const override {
+    return {result_.proxy_pose_wa.p_wa.cast<double>(), result_.proxy_pose_wa.q_wa.cast<double>()};
   }
 
  private:
@@ -118,7 +116,8 @@ HeadlineMeasure measure_scene(const HeadlineScene& scene, std::uint32_t repeats,
   const auto add = [&](const std::string& name, const std::string& title, bool drawn,
                        TickRenderer& renderer) {
     say("  " + title);
-    HeadlineMethod method = measure_renderer(scene, measure.reference, renderer, repeats, clock);
+    HeadlineMethod method =
+        measure_renderer(scene.goals, measure.reference, renderer, repeats, clock);
     method.name = name;
     method.title = title;
     method.drawn = drawn;
@@ -143,9 +142,23 @@ HeadlineMeasure measure_scene(const HeadlineScene& scene, std::uint32_t repeats,
 
 }  // namespace
 
-std::unique_ptr<TickRenderer> law_renderer(const HeadlineScene& scene, LawId law,
-                                           std::uint32_t passes, bool all_pairs) {
-  return std::make_unique<LawRenderer>(scene_bytes(scene, law, passes, all_pairs), scene.name);
+std::vector<std::byte> law_scene(const HeadlineScene& scene, LawId law, std::uint32_t passes,
+                                 bool all_pairs) {
+  tools::SceneDescription description = scene.description;
+  description.parameters.law = law;
+  description.parameters.coupling.passes = passes;
+  if (all_pairs) description.max_pair_visits = static_cast<std::uint32_t>(scene.pairs());
+  return tools::write_scene(description);
+}
+
+std::unique_ptr<PlacedRenderer> law_renderer(std::span<const std::byte> scene,
+                                             const std::string& name) {
+  return std::make_unique<LawRenderer>(scene, name);
+}
+
+std::unique_ptr<PlacedRenderer> law_renderer(const HeadlineScene& scene, LawId law,
+                                             std::uint32_t passes, bool all_pairs) {
+  return law_renderer(law_scene(scene, law, passes, all_pairs), scene.name);
 }
 
 std::unique_ptr<TickRenderer> penalty_renderer(const HeadlineScene& scene,
@@ -154,13 +167,17 @@ std::unique_ptr<TickRenderer> penalty_renderer(const HeadlineScene& scene,
 }
 
 HeadlineReference headline_reference(const HeadlineScene& scene) {
-  const auto renderer = law_renderer(scene, LawId::kProxy, kReferencePasses, true);
+  return settled_reference(scene.goals,
+                           *law_renderer(scene, LawId::kProxy, kReferencePasses, true));
+}
+
+HeadlineReference settled_reference(std::span<const MotionSample> goals, TickRenderer& settled) {
   HeadlineReference reference;
-  for (std::size_t k = 0; k < scene.goals.size(); ++k) {
-    renderer->prepare(scene.goals[k], k);
-    renderer->render();
+  for (std::size_t k = 0; k < goals.size(); ++k) {
+    settled.prepare(goals[k], k);
+    settled.render();
     if (k % kHeadlineSubsteps != 0) continue;
-    const HandWrench wrench = renderer->wrench();
+    const HandWrench wrench = settled.wrench();
     if (!wrench.force_n.isZero(0) || !wrench.torque_nm.isZero(0))
       reference.in_contact.push_back(reference.wrenches.size());
     reference.largest_force_n = std::max(reference.largest_force_n, wrench.force_n.norm());
@@ -171,20 +188,22 @@ HeadlineReference headline_reference(const HeadlineScene& scene) {
   return reference;
 }
 
-HeadlineMethod measure_renderer(const HeadlineScene& scene, const HeadlineReference& reference,
-                                TickRenderer& renderer, std::uint32_t repeats,
-                                const TickClock& clock) {
+HeadlineMethod measure_renderer(std::span<const MotionSample> goals,
+                                const HeadlineReference& reference, TickRenderer& renderer,
+                                std::uint32_t repeats, const TickClock& clock,
+                                const std::function<void(std::size_t)>& seen) {
   std::vector<double> least_ns;
   std::vector<HandWrench> wrenches;
   for (std::uint32_t repeat = 0; repeat < std::max(1u, repeats); ++repeat) {
     renderer.reset();
     wrenches.clear();
-    for (std::size_t k = 0; k < scene.ticks(); ++k) {
-      renderer.prepare(scene.goals[k * kHeadlineSubsteps], k);
+    for (std::size_t k = 0; k < ticks_of(goals); ++k) {
+      renderer.prepare(goals[k * kHeadlineSubsteps], k);
       const double ns = clock.ns_of([&] { renderer.render(); });
       if (repeat == 0) least_ns.push_back(ns);
       least_ns[k] = std::min(least_ns[k], ns);
       wrenches.push_back(renderer.wrench());
+      if (seen && repeat + 1 >= repeats) seen(k);
     }
   }
   HeadlineMethod method;

@@ -4,8 +4,11 @@
 /// penalty on the collision libraries that were found. Time of each tick and error of its wrench
 /// against the default law in steps so fine and passes so many that it has settled.
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,10 +46,28 @@ class TickRenderer {
   [[nodiscard]] virtual HandWrench wrench() const = 0;
 };
 
-/// A law of the core. `passes` 0: the default; `all_pairs`: no budget of visits.
-[[nodiscard]] std::unique_ptr<TickRenderer> law_renderer(const HeadlineScene& scene, LawId law,
-                                                         std::uint32_t passes = 0,
-                                                         bool all_pairs = false);
+/// Pose of the part's frame.
+struct ShownPart {
+  Vector p = Vector::Zero();
+  Rotation q = Rotation::Identity();
+};
+/// A method that holds a part of its own where it can be.
+class PlacedRenderer : public TickRenderer {
+ public:
+  /// In the tick rendered last.
+  [[nodiscard]] virtual ShownPart part() const = 0;
+};
+
+/// The compiled scene under a law of the core. `passes` 0: the default; `all_pairs`: no budget of
+/// visits.
+[[nodiscard]] std::vector<std::byte> law_scene(const HeadlineScene& scene, LawId law,
+                                               std::uint32_t passes, bool all_pairs);
+/// The law of a compiled scene; the part is that of law proxy, under other laws the hand's pose.
+[[nodiscard]] std::unique_ptr<PlacedRenderer> law_renderer(std::span<const std::byte> scene,
+                                                           const std::string& name);
+[[nodiscard]] std::unique_ptr<PlacedRenderer> law_renderer(const HeadlineScene& scene, LawId law,
+                                                           std::uint32_t passes = 0,
+                                                           bool all_pairs = false);
 /// Which contacts of a penalty push.
 enum class PenaltySum : bool { kAll, kDeepest };
 /// Penalty rendering at the pose of the hand.
@@ -62,6 +83,9 @@ struct HeadlineReference {
   double force_step_n = 0, torque_step_nm = 0;  ///< largest change of the wrench in one tick
 };
 [[nodiscard]] HeadlineReference headline_reference(const HeadlineScene& scene);
+/// The wrenches that `settled` renders at kHeadlineSubsteps goals a tick.
+[[nodiscard]] HeadlineReference settled_reference(std::span<const MotionSample> goals,
+                                                  TickRenderer& settled);
 
 struct Spread {
   double median = 0, p99 = 0, largest = 0;
@@ -78,12 +102,14 @@ struct HeadlineMethod {
   std::uint64_t flawed_ticks = 0;
 };
 
-/// Runs the method over the motion `repeats` times; the least time of a tick counts. Errors and
-/// steps: of the last run.
-[[nodiscard]] HeadlineMethod measure_renderer(const HeadlineScene& scene,
+/// Runs the method over the motion, kHeadlineSubsteps goals a tick, `repeats` times; the least time
+/// of a tick counts. Errors and steps: of the last run, each of whose ticks is `seen` when
+/// rendered.
+[[nodiscard]] HeadlineMethod measure_renderer(std::span<const MotionSample> goals,
                                               const HeadlineReference& reference,
                                               TickRenderer& renderer, std::uint32_t repeats,
-                                              const TickClock& clock);
+                                              const TickClock& clock,
+                                              const std::function<void(std::size_t)>& seen = {});
 
 struct HeadlineMeasure {
   std::string name, title;

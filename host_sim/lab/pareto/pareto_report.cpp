@@ -28,11 +28,11 @@ MeasurePlan plan_of(const ParetoOptions& options) {
 std::vector<PairClass> wanted_classes(const ParetoOptions& options) {
   std::vector<PairClass> classes = pair_classes(options.seed);
   for (const std::string& name : options.pairs) {
-    if (name == kHeadlineName) continue;
+    if (name == kHeadlineName || name == kOpponentsName) continue;
     if (std::none_of(classes.begin(), classes.end(),
                      [&name](const PairClass& pair) { return pair.name == name; })) {
-      throw tools::InputError("no pair class '" + name + "'; there are W1 to W6 and " +
-                              kHeadlineName);
+      throw tools::InputError("no pair class '" + name + "'; there are W1 to W6, " + kHeadlineName +
+                              " and " + kOpponentsName);
     }
     if (!studies_built()) throw tools::UsageError("--pairs: " + study_left_out(name));
   }
@@ -82,6 +82,16 @@ ParetoResult measure_pareto(const ParetoOptions& options) {
   result.clock_step_ns = clock_step_ns(clock);
   if (wants(options, kHeadlineName))
     result.headline = measure_headline(result.plan, clock, options.quick, options.progress);
+  if (wants(options, kOpponentsName)) {
+    OpponentPlan opponents;
+    if (options.quick) {
+      opponents.quick = true;
+      opponents.repeats = 1;
+      opponents.voxels_m = {4e-4, 2e-4};
+    }
+    for (const OpponentScene& scene : opponent_scenes(opponents))
+      result.opponents.push_back(measure_opponents(scene, opponents, clock, options.progress));
+  }
   result.pairs = measure_pairs(classes, options, result.plan, clock);
   return result;
 }
@@ -93,6 +103,10 @@ void write_pareto(const ParetoResult& result, const std::string& folder) {
   write_whole_file(folder + "/pareto.md", pareto_markdown(result));
   for (const OutputText& file : pair_pictures(result))
     write_whole_file(folder + "/" + file.name, file.content);
+  if (!result.opponents.empty()) {
+    write_whole_file(folder + "/opponents.csv", opponent_table(result.opponents).csv());
+    write_whole_file(folder + "/opponents.md", opponent_markdown(result.opponents));
+  }
   if (!result.headline.empty()) {
     write_whole_file(folder + "/headline.csv", headline_table(result.headline).csv());
     write_whole_file(folder + "/headline.md", headline_markdown(result.headline));

@@ -8,13 +8,14 @@
 #include <vector>
 
 #include "host_sim/lab/pareto/headline.hpp"
+#include "host_sim/lab/pareto/opponents.hpp"
 #include "host_sim/lab/pareto/pareto_measure.hpp"
 
 namespace haptic::sim {
 
 struct ParetoOptions {
   std::vector<std::string>
-      pairs;           ///< names of pair classes, or the headline; empty: all of this build
+      pairs;  ///< names of pair classes, the headline, the opponents; empty: all of this build
   bool quick = false;  ///< 2000 poses instead of 20000, and fewer visits of nodes
   std::uint64_t seed = 1;
   HeapCounter heap_calls = nullptr;
@@ -40,8 +41,9 @@ struct ParetoResult {
   ParetoOptions options;
   MeasurePlan plan;
   double clock_empty_ns = 0;
-  double clock_step_ns = 0;               ///< smallest difference that the clock shows
-  std::vector<HeadlineMeasure> headline;  ///< empty: not asked for
+  double clock_step_ns = 0;                ///< smallest difference that the clock shows
+  std::vector<HeadlineMeasure> headline;   ///< empty: not asked for
+  std::vector<OpponentMeasure> opponents;  ///< empty: not asked for
   std::vector<PairMeasure> pairs;
 
   [[nodiscard]] std::vector<ParetoRow> rows() const;

@@ -35,7 +35,7 @@ std::string pareto_markdown(const ParetoResult& result) {
       ". Compiler: " __VERSION__ ", " HAPTIC_BUILD_FLAGS ". Seed " +
       std::to_string(result.options.seed) +
       ". Libraries, versions as their pkg-config files have them: " + libraries_text() + ".\n\n" +
-      headline_markdown(result.headline);
+      headline_markdown(result.headline) + opponent_markdown(result.opponents);
   return text + pair_sections(result);
 }
 
@@ -69,6 +69,7 @@ std::string pareto_json(const ParetoResult& result) {
     json["pairs"].push_back(std::move(entry));
   }
   if (!result.headline.empty()) json["headline"] = headline_table(result.headline).json();
+  if (!result.opponents.empty()) json["opponents"] = opponent_table(result.opponents).json();
   if (const auto rows = result.rows(); !rows.empty()) json["rows"] = pareto_rows(rows).json();
   return json.dump(2) + "\n";
 }

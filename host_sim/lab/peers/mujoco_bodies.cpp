@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <mujoco/mujoco.h>
-
 #include <cmath>
 #include <cstdio>
-#include <cstring>
-#include <stdexcept>
 
 #include "host_sim/lab/peers/bodies_peer.hpp"
+#include "host_sim/lab/peers/mujoco_model.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -15,17 +12,11 @@ constexpr double kMass_kg = 0.1;
 constexpr double kStiffSteps = 2;  ///< the shortest time of a contact that MuJoCo takes, in steps
 constexpr const char* kStiffImpedance = "0.999 0.9999 0.0001";
 
-std::string text_of(const PeerVector& v) {
-  char text[100];
-  std::snprintf(text, sizeof text, "%.17g %.17g %.17g", v[0], v[1], v[2]);
-  return text;
-}
-
 std::string geoms(const std::vector<PeerBox>& boxes) {
   std::string text;
   for (const PeerBox& box : boxes)
-    text += "<geom type=\"box\" pos=\"" + text_of(box.middle) + "\" size=\"" + text_of(box.half) +
-            "\"/>";
+    text += "<geom type=\"box\" pos=\"" + mujoco_text(box.middle) + "\" size=\"" +
+            mujoco_text(box.half) + "\"/>";
   return text;
 }
 
@@ -58,25 +49,12 @@ std::string model_of(const PeerAssembly& assembly, bool stiff, unsigned steps) {
   return text + "</worldbody></mujoco>";
 }
 
-mjModel* loaded(const std::string& xml) {
-  constexpr const char* kName = "assembly.xml";
-  const auto files = std::make_unique<mjVFS>();
-  mj_defaultVFS(files.get());
-  mj_makeEmptyFileVFS(files.get(), kName, static_cast<int>(xml.size()) + 1);
-  std::memcpy(files->filedata[0], xml.c_str(), xml.size() + 1);
-  char error[500] = "";
-  mjModel* const model = mj_loadXML(kName, files.get(), error, sizeof error);
-  mj_deleteVFS(files.get());
-  if (model == nullptr) throw std::runtime_error(std::string("MuJoCo: ") + error);
-  return model;
-}
-
 class MujocoBodies final : public BodiesPeer {
  public:
   MujocoBodies(const PeerAssembly& assembly, bool stiff, unsigned steps)
       : assembly_(assembly),
         steps_(steps),
-        model_(loaded(model_of(assembly, stiff, steps))),
+        model_(loaded_mujoco(model_of(assembly, stiff, steps))),
         data_(mj_makeData(model_)) {
     const std::size_t count = assembly_.bodies.size();
     places_.p.resize(count);
@@ -105,11 +83,7 @@ class MujocoBodies final : public BodiesPeer {
       for (std::size_t k = 0; k < assembly_.bodies.size(); ++k) draw(k, goals, share);
       mj_step(model_, data_);
     }
-    if (data_->warning[mjWARN_CONTACTFULL].number + data_->warning[mjWARN_CNSTRFULL].number +
-            data_->warning[mjWARN_BADQACC].number >
-        0) {
-      throw std::runtime_error("MuJoCo: no room for the contacts, or a step that diverged");
-    }
+    check_mujoco(*data_);
     from_ = goals;
     take_places();
   }
@@ -129,8 +103,8 @@ class MujocoBodies final : public BodiesPeer {
     for (std::size_t i = 0; i < 4; ++i)
       q[i] = from_.q_wxyz[k][i] + share * (goals.q_wxyz[k][i] - from_.q_wxyz[k][i]);
     mju_normalize4(q);
-    rotation_vector(at + 3, q, turn);
-    rotation_vector(from_.q_wxyz[k].data(), goals.q_wxyz[k].data(), goal_turn);
+    mujoco_turn(at + 3, q, turn);
+    mujoco_turn(from_.q_wxyz[k].data(), goals.q_wxyz[k].data(), goal_turn);
     mju_rotVecQuat(own_turn, speed + 3, at + 3);  // a free joint turns in the body's own axes
     const double damping = 2 * std::sqrt(kMass_kg * body.stiffness_n_per_m);
     const double turn_damping = 2 * std::sqrt(inertia_of(body) * body.turn_stiffness_nm_per_rad);
@@ -142,13 +116,6 @@ class MujocoBodies final : public BodiesPeer {
       applied[3 + i] = body.turn_stiffness_nm_per_rad * turn[i] +
                        turn_damping * (goal_turn[i] / assembly_.tick_s - own_turn[i]);
     }
-  }
-
-  static void rotation_vector(const mjtNum* from, const mjtNum* to, mjtNum* vector) {
-    mjtNum back[4], turn[4];
-    mju_negQuat(back, from);
-    mju_mulQuat(turn, to, back);
-    mju_quat2Vel(vector, turn, 1);
   }
 
   void take_places() {

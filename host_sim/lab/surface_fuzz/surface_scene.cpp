@@ -176,30 +176,6 @@ double moved_m(const tools::PartReport& report) {
   return moved;
 }
 
-CompiledSurface compiled(const tools::SceneFile& file) {
-  if (file.parameters.law != LawId::kProxy) {
-    throw tools::InputError(file.file + ": its law is not proxy; only that holds a part outside");
-  }
-  const tools::CompiledScene scene = tools::compile_scene(file, {});
-  CompiledSurface result;
-  result.name = file.name;
-  result.blob = scene.bytes;
-  add_triangles(file.moving, file.file, false, result.moving);
-  double largest_fixed = 0;
-  for (std::size_t k = 0; k < scene.parts.size(); ++k) {
-    if (k == 0) {
-      result.moved_m = moved_m(scene.parts[0]);
-      continue;
-    }
-    add_triangles(file.statics[k - 1], file.file, true, result.fixed);
-    largest_fixed = std::max(largest_fixed, moved_m(scene.parts[k]));
-  }
-  result.moved_m += largest_fixed;
-  const auto& p = file.moving.position_m;
-  result.start = Vector(p[0], p[1], p[2]);
-  return result;
-}
-
 constexpr const char* kBystander_obj = "v -0.01 0.2 0\nv 0.01 0.2 0\nv 0 0.2 0.01\nf 1 2 3\n";
 
 /// The line of a scene file that says how a part is taken.
@@ -249,6 +225,30 @@ std::string scene_text(const SurfaceScene& scene, double friction, std::uint32_t
   return text;
 }
 
+CompiledSurface compiled_surface(const tools::SceneFile& file) {
+  if (file.parameters.law != LawId::kProxy) {
+    throw tools::InputError(file.file + ": its law is not proxy; only that holds a part outside");
+  }
+  const tools::CompiledScene scene = tools::compile_scene(file, {});
+  CompiledSurface result;
+  result.name = file.name;
+  result.blob = scene.bytes;
+  add_triangles(file.moving, file.file, false, result.moving);
+  double largest_fixed = 0;
+  for (std::size_t k = 0; k < scene.parts.size(); ++k) {
+    if (k == 0) {
+      result.moved_m = moved_m(scene.parts[0]);
+      continue;
+    }
+    add_triangles(file.statics[k - 1], file.file, true, result.fixed);
+    largest_fixed = std::max(largest_fixed, moved_m(scene.parts[k]));
+  }
+  result.moved_m += largest_fixed;
+  const auto& p = file.moving.position_m;
+  result.start = Vector(p[0], p[1], p[2]);
+  return result;
+}
+
 CompiledSurface compiled_surface(const SurfaceScene& scene, double friction, std::uint32_t passes) {
   const ScratchFolder folder;
   const auto put = [&](const char* name, const std::string& text) {
@@ -258,14 +258,14 @@ CompiledSurface compiled_surface(const SurfaceScene& scene, double friction, std
   put("around.obj", obj_text(scene.around));
   if (scene.has_bystander) put("bystander.obj", kBystander_obj);
   const std::string text = scene_text(scene, friction, passes);
-  return compiled(tools::parse_scene_file(text, scene.name, folder.path()));
+  return compiled_surface(tools::parse_scene_file(text, scene.name, folder.path()));
 }
 
 CompiledSurface compiled_surface(const std::string& scene_file,
                                  std::optional<std::uint32_t> passes) {
   tools::SceneFile file = tools::read_scene_file(scene_file);
   if (passes) file.coupling.passes = passes;
-  return compiled(file);
+  return compiled_surface(file);
 }
 
 }  // namespace haptic::sim

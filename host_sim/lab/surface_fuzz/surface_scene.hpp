@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "host_sim/lab/surface_fuzz/fuzz_meshes.hpp"
+#include "tools/graph_compiler/program/scene_file.hpp"
 
 namespace haptic::sim {
 
@@ -56,6 +57,8 @@ struct CompiledSurface {
 /// @throws tools::InputError from the compiler.
 [[nodiscard]] CompiledSurface compiled_surface(const SurfaceScene& scene, double friction,
                                                std::uint32_t passes);
+/// Compiles what a scene file says. @throws as the next.
+[[nodiscard]] CompiledSurface compiled_surface(const tools::SceneFile& file);
 /// Compiles a scene file, its passes replaced where they are given. Polygons of its meshes are
 /// taken as fans, so they must be convex. @throws tools::InputError from the compiler, or for
 /// another law than proxy.
