@@ -32,6 +32,8 @@ constexpr double kMasses_kg[] = {0.05, 0.01};
 /// Beside the coupling's: of all contacts together, and of each point of a distance field.
 constexpr double kPlaneStiffness[] = {8, 64};
 constexpr double kPointStiffness[] = {1, 10};
+/// Times of the peg's way (headline_scenes.cpp): all of it, in the hole, and out of it again.
+constexpr double kPegWay_s = 6.2, kInHole_s = 2.0, kLeaving_s = 5.4;
 constexpr double kReachMargin_m = 1e-3;
 /// Scenes with more pieces standing are left to the other methods: voxels at tens of milliseconds a
 /// tick on every scene would tell no more than one peg and one thread do.
@@ -305,6 +307,16 @@ OpponentScene of_pieces(const HeadlineScene& from, double friction) {
   scene.part = boundary_of(scene.pieces.moving);
   scene.standing = boundary_of(scene.pieces.fixed);
   scene.goals = from.goals;
+  if (friction > 0) {
+    // In the hole alone: with friction it hangs on a tick whether a peg on the rim falls in.
+    const auto sample = [&](double t_s) {
+      const double share = t_s / kPegWay_s;
+      return kHeadlineSubsteps *
+             static_cast<std::size_t>(share * static_cast<double>(from.ticks()));
+    };
+    scene.goals.assign(from.goals.begin() + static_cast<std::ptrdiff_t>(sample(kInHole_s)),
+                       from.goals.begin() + static_cast<std::ptrdiff_t>(sample(kLeaving_s)));
+  }
   take_gains(scene);
   return scene;
 }
