@@ -8,7 +8,7 @@
 include_guard(GLOBAL)
 
 option(HAPTIC_RT_PLACEMENT "Place the core's code, constants and state in page-aligned regions" ON)
-set(HAPTIC_RT_CODE_BYTES 483328 CACHE STRING "Budget of the core's code [bytes]")
+set(HAPTIC_RT_CODE_BYTES 516096 CACHE STRING "Budget of the core's code [bytes]")
 set(HAPTIC_RT_CONST_BYTES 67108864 CACHE STRING "Budget of the core's constants and of an embedded scene [bytes]")
 set(HAPTIC_RT_STATE_BYTES 4194304 CACHE STRING "Budget of the core's state [bytes]")
 set(HAPTIC_RT_STACK_BYTES 32768 CACHE STRING "Stack that the core may need from step() downwards [bytes]")

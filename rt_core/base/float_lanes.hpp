@@ -109,12 +109,69 @@ inline FloatLanes where_below(const FloatLanes& l, const FloatLanes& r, const Fl
 
 }  // namespace four_lanes
 
-using namespace four_lanes;
+#endif
 
+#if defined(__x86_64__)
+
+/// In one register, for what is compiled for AVX2 (base/wide_lanes.hpp says who may call that).
+#if defined(__clang__)
+#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
 #else
+#pragma GCC push_options
+#pragma GCC target("avx2")
+#endif
+namespace eight_lanes {
 
+using Eight = float __attribute__((vector_size(32)));
+struct FloatLanes {
+  Eight all;
+};
+inline FloatLanes load_floats(const float* from) noexcept {
+  FloatLanes out;
+  std::memcpy(&out, from, sizeof out);
+  return out;
+}
+inline void store_floats(const FloatLanes& x, float* to) noexcept { std::memcpy(to, &x, sizeof x); }
+inline FloatLanes all_lanes(float x) noexcept { return {Eight{x, x, x, x, x, x, x, x}}; }
+inline FloatLanes operator+(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return {l.all + r.all};
+}
+inline FloatLanes operator-(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return {l.all - r.all};
+}
+inline FloatLanes operator*(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return {l.all * r.all};
+}
+inline FloatLanes smaller(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return {__builtin_ia32_minps256(l.all, r.all)};
+}
+inline FloatLanes larger(const FloatLanes& l, const FloatLanes& r) noexcept {
+  return {__builtin_ia32_maxps256(l.all, r.all)};
+}
+inline std::uint32_t lanes_below(const FloatLanes& l, const FloatLanes& r) noexcept {
+  const auto below = l.all < r.all;
+  Eight bits;
+  std::memcpy(&bits, &below, sizeof bits);
+  return static_cast<std::uint32_t>(__builtin_ia32_movmskps256(bits));
+}
+inline FloatLanes where_below(const FloatLanes& l, const FloatLanes& r, const FloatLanes& x,
+                              const FloatLanes& other) noexcept {
+  return {l.all < r.all ? x.all : other.all};
+}
+
+}  // namespace eight_lanes
+#if defined(__clang__)
+#pragma clang attribute pop
+#else
+#pragma GCC pop_options
+#endif
+
+#endif
+
+#if defined(__SSE2__)
+using namespace four_lanes;
+#else
 using namespace each_lane;
-
 #endif
 
 /// The smallest of all lanes.

@@ -108,7 +108,7 @@ bool FacetScreen::find_plane(const Between& between, Tried& tried) noexcept {
   if (of_face.worth_m() >= kPlenty * between.need_m) return true;
   const auto face_of_a = [&](const GripPose& pose, const Placed& at) {
     work_ += kDirectionWork;
-    const Vec3 normal_a = pose.r_wa * a_.normal[between.row];
+    const Vec3 normal_a = pose.r_wa * a_.shape[between.row].normal;
     const Real ahead_m = normal_a.dot(at.corner_w[0]) - normal_a.dot(b_.corners_w[of_b.begin]);
     return ahead_m < 0 ? Vec3(-normal_a) : normal_a;
   };

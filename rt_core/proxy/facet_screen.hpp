@@ -19,21 +19,12 @@
 #include "rt_core/base/float_lanes.hpp"
 #include "rt_core/base/pose.hpp"
 #include "rt_core/proxy/facet_tree.hpp"
+#include "rt_core/proxy/screen_rows.hpp"
 #include "rt_core/proxy/way_gap.hpp"
 #include "rt_core/scene/scene_view.hpp"
 #include "rt_core/scene/screen_size.hpp"
 
 namespace haptic {
-
-/// Eight facets of one row, each with the plane n.w = d + n.o that lies against it on the side of
-/// A.
-struct alignas(32) ScreenBlock {
-  float normal[3][kFloatLanes];
-  float height_m[kFloatLanes];       ///< of the nearest corner of the facet over the row's origin
-  std::uint32_t facet[kFloatLanes];  ///< of the obstacles, or kNoFacet
-  std::uint32_t next = 0;            ///< block of the row, or kNoFacet
-};
-inline constexpr std::uint32_t kNoFacet = ~0u;
 
 /// A pair that the screen cannot certify.
 struct ScreenMiss {
@@ -81,7 +72,7 @@ class FacetScreen {
   [[nodiscard]] Search search(const Way& way, std::uint32_t most_work) noexcept;
   [[nodiscard]] std::span<const ScreenMiss> misses() const noexcept { return lost_.misses.view(); }
   /// The law has taken a missed pair.
-  void drop(const ScreenMiss& miss) noexcept { drop(a_.rows[miss.row], miss.facet); }
+  void drop(const ScreenMiss& miss) noexcept { drop(miss.row, b_.number[miss.facet]); }
   /// It has no room for one that renew() has missed: no step is longer than its gap.
   void refuse(const ScreenMiss& miss) noexcept;
 
@@ -97,8 +88,8 @@ class FacetScreen {
   void settle() noexcept { settled_ = true; }
 
   /// A pair goes back to the lists of its triangles; false: no plane at p has a gap of `least_m`.
-  [[nodiscard]] bool take_back(std::uint32_t piece_a, std::uint32_t facet, const GripPose& p,
-                               Real least_m) noexcept;
+  [[nodiscard]] bool take_back(std::uint32_t piece_a, std::uint32_t facet_of_scene,
+                               const GripPose& p, Real least_m) noexcept;
 
   /// A lower bound of the gap of what is listed, and of what is neither listed nor the law's.
   [[nodiscard]] Real nearest_m() const noexcept { return nearest_m_; }
@@ -113,17 +104,12 @@ class FacetScreen {
   }
 
  private:
-  /// A triangle of A, along its axes, and what its planes are measured from.
-  struct alignas(64) Row {
-    Vec3 corner[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
-    Vec3 origin_w = Vec3::Zero();
-    std::uint32_t piece = 0;
-    std::uint32_t near = kNoFacet, far = kNoFacet;  ///< blocks of facets near, and of the others
-    float rounding_m = 0;                           ///< of a gap of its blocks
-  };
-  struct Lost {
-    float gap_m = 0;
-    std::uint32_t row = 0, block = 0, lane = 0;
+  using Row = ScreenRow;
+  using Lost = ScreenLost;
+  /// Directions of a triangle, along the axes of A.
+  struct Shape {
+    Vec3 normal = Vec3::Zero();                                    ///< unit
+    Vec3 outward[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};  ///< in its plane, off its edges
   };
   /// A pair whose plane turns on the way: its plane at q, which it gets once p is there.
   struct Turned {
@@ -132,7 +118,7 @@ class FacetScreen {
   };
   /// A row at a pose.
   struct Placed {
-    Vec3 corner_w[3];
+    Vec3 corner_w[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
   };
   struct Plane {
     Vec3 normal_w = Vec3::Zero();
@@ -156,15 +142,20 @@ class FacetScreen {
     WayEnds closest;  ///< the directions between closest points
     WayEnds ends;     ///< the best at either end
   };
+  /// A plane in a block, and its facet.
+  struct Lane {
+    float normal[3] = {}, height_m = 0;
+    std::uint32_t facet = kNoFacet;
+  };
   /// A list of blocks that is being filled.
   struct Chain {
-    std::uint32_t* first = nullptr;
-    std::uint32_t used = kFloatLanes;  ///< of its first block
+    std::uint32_t block = kNoFacet;    ///< the one that is filled now
+    std::uint32_t used = kFloatLanes;  ///< of it
     float least_m = 3.0e38f;
   };
   /// A row that is looked up.
   struct LookUp {
-    Placed at;
+    TriangleShape at;
     bool moves = false;  ///< its origin is another one
     Real range_m = 0, least_m = 0;
     Real others_m = 0;  ///< what is in no list is no nearer
@@ -172,6 +163,11 @@ class FacetScreen {
     Chain near, far;
   };
 
+  void order_pieces(const SceneView& scene) noexcept;
+  [[nodiscard]] std::uint32_t read_triangles(const PieceView& view, std::uint32_t piece,
+                                             std::uint32_t begin) noexcept;
+  void read_facet(const SceneView& scene, std::uint32_t piece, StaticFacet& facet,
+                  std::uint32_t begin) noexcept;
   [[nodiscard]] static Vec3 middle_of(const Placed& at) noexcept;
   [[nodiscard]] static Real radius_of(const Placed& at) noexcept;
   [[nodiscard]] static bool is_far_from_origin(const Row& row, const Placed& at,
@@ -182,7 +178,7 @@ class FacetScreen {
   }
   [[nodiscard]] Real gap_along(const Vec3& normal_w, const Placed& at,
                                std::uint32_t facet) const noexcept;
-  [[nodiscard]] Placed placed(const Row& row, const GripPose& p) const noexcept;
+  [[nodiscard]] static Placed placed(const Row& row, const GripPose& p) noexcept;
   /// The row of the lanes that a search is at, placed at both ends of the way.
   struct LostRow {
     std::uint32_t row = kNoFacet;
@@ -194,38 +190,43 @@ class FacetScreen {
   [[nodiscard]] bool certify_lost(const Lost& lost, std::uint32_t facet, const LostRow& at,
                                   const Way& way, Tried& tried) noexcept;
   [[nodiscard]] bool find_plane(const Between& between, Tried& tried) noexcept;
+  [[nodiscard]] bool fits_batch(std::uint32_t facet) const noexcept;
+  void gather(PlaneBatch& batch, std::uint32_t row, std::uint32_t facet, const GripPose& p,
+              const GripPose* q) const noexcept;
+  [[nodiscard]] Search search_lost(const Way& way, std::uint32_t most_work) noexcept;
+  [[nodiscard]] bool search_faces(const Way& way, bool is_move, std::uint32_t most_work) noexcept;
+  void search_batch(PlaneBatch& batch, std::uint32_t begin, std::uint32_t count, const Way& way,
+                    bool is_move) noexcept;
+  void put_batch(PlaneBatch& batch, const std::uint32_t* facets, std::uint32_t number,
+                 const GripPose& p, LookUp& look) noexcept;
+  void put_alone(std::uint32_t number, std::uint32_t facet, const GripPose& p,
+                 LookUp& look) noexcept;
   [[nodiscard]] bool find_closest(const Placed& at, const Between& between, Tried& tried) noexcept;
   Plane try_plane(const Vec3& normal_w, const Between& between, Tried& tried) const noexcept;
   [[nodiscard]] Vec3 closest_w(const Placed& at, std::uint32_t facet) const noexcept;
   [[nodiscard]] bool turns_past(const Row& row, Real lever_m, const Way& way, const Tried& tried,
                                 Vec3& normal_q_w) const noexcept;
-  void write(ScreenBlock& block, std::uint32_t lane, const Row& row, std::uint32_t facet,
-             const Vec3& normal_w) const noexcept;
-  [[nodiscard]] bool append(const Row& row, Chain& chain, std::uint32_t facet, const Vec3& normal_w,
-                            Real gap_m) noexcept;
-  void clear_lane(ScreenBlock& block, std::uint32_t lane) const noexcept;
-  void drop(Row& row, std::uint32_t facet) noexcept;
+  [[nodiscard]] Lane plane_lane(const Row& row, std::uint32_t facet,
+                                const Vec3& normal_w) const noexcept;
+  void write(std::uint32_t block, std::uint32_t at, const Lane& lane) noexcept;
+  void clear_block(std::uint32_t block) noexcept;
+  [[nodiscard]] bool append(Row& row, Chain& chain, const Lane& lane, Real gap_m) noexcept;
+  void drop(std::uint32_t number, std::uint32_t facet) noexcept;
+  [[nodiscard]] bool is_unlisted(std::uint32_t number) const noexcept;
   void keep_listed(std::uint32_t number, LookUp& look) noexcept;
   void add_found(std::uint32_t number, const GripPose& p, const NearPairs& taken,
                  LookUp& look) noexcept;
-  void put(const Row& row, LookUp& look, std::uint32_t facet, const Vec3& normal_w,
-           Real gap_m) noexcept;
+  void put(Row& row, LookUp& look, const Lane& lane, Real gap_m) noexcept;
   void look_up(std::uint32_t row, const GripPose& p, Real range_m, Real least_m,
                const NearPairs& taken) noexcept;
   void shed() noexcept;
-  void sweep_row(std::uint32_t row, const GripPose& q, const GripPose* p, float need_m) noexcept;
+  struct Due {
+    std::uint32_t row = 0;
+    bool is_bent = false;  ///< it is judged at both ends
+    float need_m = 0;
+  };
+  void sweep_row(const Due& due, const Way& way) noexcept;
   [[nodiscard]] Real excess_m(std::uint32_t row, const Way& way) const noexcept;
-  [[nodiscard]] FloatLanes gaps(const ScreenBlock& block,
-                                const float (&corner)[3][4]) const noexcept {
-    const FloatLanes n0 = load_floats(block.normal[0]), n1 = load_floats(block.normal[1]),
-                     n2 = load_floats(block.normal[2]);
-    const auto height = [&](const float* c) {
-      return (n0 * all_lanes(c[0]) + n1 * all_lanes(c[1])) + n2 * all_lanes(c[2]);
-    };
-    return smaller(height(corner[0]), smaller(height(corner[1]), height(corner[2]))) -
-           load_floats(block.height_m);
-  }
-
   struct alignas(32) Group {
     float x[kFloatLanes];
   };
@@ -235,15 +236,18 @@ class FacetScreen {
   /// The triangles of A, a row each; from the scene but for what a Row says of lists.
   struct Triangles {
     std::span<Row> rows;
-    std::span<Vec3> normal;              ///< by row, A's axes
-    std::span<std::uint32_t> row_begin;  ///< by piece of A, and the end
-    std::span<Group> lever_m;            ///< by row: about the grip point
-    Real lever_most_m = 0;               ///< of all rows
+    std::span<Shape> shape;             ///< by row
+    std::span<std::uint32_t> piece;     ///< by row
+    std::span<std::uint32_t> first;     ///< row by piece of A; the others of a piece follow
+    std::span<std::uint32_t> in_order;  ///< pieces of A as they follow each other
+    std::span<Group> lever_m;           ///< by row: about the grip point
+    Real lever_most_m = 0;              ///< of all rows
   };
-  /// The facets of the obstacles, from the scene, and a query of their tree.
+  /// The facets of the obstacles, from the scene, by their number in the tree, and a query of it.
   struct Obstacles {
     std::span<StaticFacet> facets;
-    std::span<Vec3> corners_w;  ///< of the facets
+    std::span<Vec3> corners_w;        ///< of the facets
+    std::span<std::uint32_t> number;  ///< in the tree, by facet of the obstacles
     FacetTree tree;
     std::span<std::uint32_t> found, mark;  ///< by facet: those that a query has found
     std::uint32_t stamp = 0;
@@ -257,6 +261,8 @@ class FacetScreen {
   /// From call to call.
   struct Lists {
     std::span<ScreenBlock> blocks;
+    std::span<ScreenLanes> lanes;   ///< by block
+    std::span<std::uint32_t> next;  ///< block of the row, by block, or kNoFacet
     BoundedList<std::uint32_t> free;
     Real most_range_m = 0;  ///< of any, from the scene
     Real range_m = 0;       ///< of those made last
@@ -265,9 +271,12 @@ class FacetScreen {
   /// Pairs that the last sweep has found to have too small a gap, and how far the search for planes
   /// is.
   struct LostPairs {
+    BoundedList<Due> due;  ///< rows of the sweep
     BoundedList<Lost> pairs;
     BoundedList<Turned> turned;
-    std::uint32_t searched = 0;  ///< of the lost ones
+    bool has_faces = false;      ///< those that a face parts have another plane
+    std::uint32_t left = 0;      ///< the others, which come first
+    std::uint32_t searched = 0;  ///< of these
     float worst_m = 0;           ///< least gap of the others
     float need_m = 0;            ///< what the last sweep asked for
     bool overflowed = false;     ///< not all that were lost are in it
@@ -286,6 +295,7 @@ class FacetScreen {
   Lists lists_;
   LostPairs lost_;
   WayEnd end_;
+  bool is_wide_ = false;  ///< the processor has eight lanes
   bool settled_ = true;
   Real clear_m_ = 0, nearest_m_ = 0;
   std::uint32_t work_ = 0;

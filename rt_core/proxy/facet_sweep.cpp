@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "rt_core/proxy/facet_screen.hpp"
+#include "rt_core/proxy/lane_kernels.hpp"
 #include "rt_core/proxy/screen_numbers.hpp"
 
 namespace haptic {
@@ -15,6 +16,8 @@ namespace {
 constexpr Real kSmallSine = 0.05_r, kOfSine = 2.002_r;
 /// Missed pairs of one search.
 constexpr std::uint32_t kMostMisses = 12;
+/// Blocks of a row that are swept with it and not counted by themselves.
+constexpr std::uint32_t kBlocksOfRow = 2;
 /// So few lost pairs are searched in any order.
 constexpr std::uint32_t kFewLost = 48;
 
@@ -26,44 +29,21 @@ Real FacetScreen::excess_m(std::uint32_t row, const Way& way) const noexcept {
   return std::max(lever_m * way.turn_rad * way.turn_rad / 8 - way.dip_m, Real{0});
 }
 
-/// Gaps of a row at q, and at p where that is given: those below `need_m` at either are lost.
-void FacetScreen::sweep_row(std::uint32_t number, const GripPose& q, const GripPose* p,
-                            float need_m) noexcept {
-  struct alignas(16) Corners {
-    float at[3][4] = {};
-  };
-  const Row& row = a_.rows[number];
-  const auto corners_at = [&](const GripPose& pose) {
-    Corners corners;
-    const Placed at = placed(row, pose);
-    for (int k = 0; k < 3; ++k) {
-      for (int x = 0; x < 3; ++x) {
-        corners.at[k][x] = static_cast<float>(at.corner_w[k][x] - row.origin_w[x]);
-      }
-    }
-    return corners;
-  };
-  const Corners at_q = corners_at(q);
-  const Corners at_p = p != nullptr ? corners_at(*p) : Corners{};
-  const FloatLanes need = all_lanes(need_m + row.rounding_m);
-  FloatLanes least = all_lanes(kNoGap);
-  for (std::uint32_t k = row.near; k != kNoFacet; k = lists_.blocks[k].next) {
-    work_ += kBlockWork;
-    FloatLanes gap = gaps(lists_.blocks[k], at_q.at);
-    least = smaller(least, gap);
-    if (p != nullptr) gap = smaller(gap, gaps(lists_.blocks[k], at_p.at));
-    std::uint32_t bad = lanes_below(gap, need);
-    if (bad == 0) continue;
-    alignas(16) float each[kFloatLanes];
-    store_floats(gap, each);
-    for (; bad != 0; bad &= bad - 1) {
-      const auto lane = static_cast<std::uint32_t>(std::countr_zero(bad));
-      const float gap_m = each[lane] - row.rounding_m;
-      lost_.worst_m = std::min(lost_.worst_m, gap_m);
-      if (!lost_.pairs.push({gap_m, number, k, lane})) lost_.overflowed = true;
-    }
-  }
-  of(gaps_.least_q_m, number) = (least_lane(least) - row.rounding_m) * kKept;
+/// Gaps of a row at q, and at p where that is asked for: those below what is needed at either are
+/// lost.
+void FacetScreen::sweep_row(const Due& due, const Way& way) noexcept {
+  const RowSweep row{&a_.rows[due.row],
+                     lists_.blocks.data(),
+                     lists_.next.data(),
+                     &way.q,
+                     due.is_bent ? &way.p : nullptr,
+                     due.row,
+                     due.need_m};
+  const RowSwept swept = LaneKernels{is_wide_}.sweep_row(row, lost_.pairs);
+  work_ += kBlockWork * (std::max(swept.blocks, kBlocksOfRow) - kBlocksOfRow);
+  lost_.worst_m = std::min(lost_.worst_m, swept.worst_m);
+  lost_.overflowed = lost_.overflowed || swept.overflowed;
+  of(gaps_.least_q_m, due.row) = (swept.least_m - row.row->rounding_m) * kKept;
 }
 
 void FacetScreen::sweep(const Way& way) noexcept {
@@ -77,11 +57,12 @@ void FacetScreen::sweep(const Way& way) noexcept {
     apart_m = std::sqrt((q.x0_w - end_.q.x0_w).squaredNorm());
     apart_rad = kOfSine * (sine + 8 * kRealEpsilon);
   }
+  lost_.due.clear();
   lost_.pairs.clear();
   lost_.turned.clear();
   lost_.misses.clear();
   lost_.searched = 0;
-  lost_.overflowed = false;
+  lost_.overflowed = lost_.has_faces = false;
   const float need_m = rounded_up(way.least_m * kScreenRoundedUp);
   lost_.worst_m = lost_.need_m = need_m;
   const FloatLanes kept = all_lanes(kKept), zero = all_lanes(0.0f);
@@ -114,23 +95,42 @@ void FacetScreen::sweep(const Way& way) noexcept {
     const std::uint32_t open = lanes_below(beyond, need);
     std::uint32_t due = open | lanes_below(left, need);
     if (due == 0) continue;
-    alignas(16) float need_of[kFloatLanes];
+    alignas(32) float need_of[kFloatLanes];
     store_floats(need, need_of);
     for (; due != 0; due &= due - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(due));
       const auto number = static_cast<std::uint32_t>(k) * kFloatLanes + lane;
-      work_ += kSweptWork;
       if ((open >> lane & 1) != 0) {  // what was far may be near: all of it
         Row& row = a_.rows[number];
-        std::uint32_t* end = &row.near;
-        while (*end != kNoFacet) end = &lists_.blocks[*end].next;
-        *end = row.far;
+        std::uint32_t end = number;
+        while (lists_.next[end] != kNoFacet) end = lists_.next[end];
+        lists_.next[end] = row.far;
         row.far = kNoFacet;
         of(gaps_.least_m, number) = std::min(of(gaps_.least_m, number), of(gaps_.beyond_m, number));
         of(gaps_.beyond_m, number) = of(gaps_.beyond_q_m, number) = kNoGap;
       }
-      sweep_row(number, q, (bent >> lane & 1) != 0 ? &way.p : nullptr, need_of[lane]);
+      static_cast<void>(lost_.due.push({number, (bent >> lane & 1) != 0, need_of[lane]}));
     }
+  }
+  // Rows are fetched some time before they are judged.
+  constexpr std::uint32_t kAhead = 4, kSoon = 2;
+  for (std::uint32_t k = 0; k < lost_.due.size(); ++k) {
+    if (k + kAhead < lost_.due.size()) {
+      const std::uint32_t ahead = lost_.due[k + kAhead].row;
+      __builtin_prefetch(&a_.rows[ahead]);
+      __builtin_prefetch(&a_.rows[ahead].corner[2][0]);
+      __builtin_prefetch(&lists_.blocks[ahead]);
+      __builtin_prefetch(&lists_.blocks[ahead].normal[2][0]);
+    }
+    if (k + kSoon < lost_.due.size()) {
+      const std::uint32_t second = lists_.next[lost_.due[k + kSoon].row];
+      if (second != kNoFacet) {
+        __builtin_prefetch(&lists_.blocks[second]);
+        __builtin_prefetch(&lists_.blocks[second].normal[2][0]);
+      }
+    }
+    work_ += kSweptWork;
+    sweep_row(lost_.due[k], way);
   }
   end_.q = q;
   end_.known = true;
@@ -140,12 +140,12 @@ void FacetScreen::sweep(const Way& way) noexcept {
 /// Moves those that lack up to a level, which rises in a few steps to what is needed, to the front
 /// of those not searched yet: what lacks most comes first. @return where they end.
 std::uint32_t FacetScreen::worst_lost(float need_m) noexcept {
-  std::uint32_t end = lost_.pairs.size();
+  std::uint32_t end = lost_.left;
   if (!(end - lost_.searched > kFewLost && need_m - lost_.worst_m > 0.1f * need_m)) return end;
   const float level = lost_.worst_m + 0.25f * (need_m - lost_.worst_m);
   end = lost_.searched;
   float next_m = need_m;
-  for (std::uint32_t k = lost_.searched; k < lost_.pairs.size(); ++k) {
+  for (std::uint32_t k = lost_.searched; k < lost_.left; ++k) {
     if (lost_.pairs[k].gap_m <= level) {
       std::swap(lost_.pairs[k], lost_.pairs[end++]);
     } else {
@@ -154,6 +154,23 @@ std::uint32_t FacetScreen::worst_lost(float need_m) noexcept {
   }
   lost_.worst_m = next_m;
   return end;
+}
+
+/// Gives another plane to all that a face parts, and moves the others to the front; false: the work
+/// did not do.
+bool FacetScreen::search_faces(const Way& way, bool is_move, std::uint32_t most_work) noexcept {
+  const std::uint32_t begin = work_;
+  PlaneBatch batch{};
+  for (std::uint32_t k = 0; k < lost_.pairs.size(); k += kFloatLanes) {
+    if (work_ - begin >= most_work) return false;
+    search_batch(batch, k, std::min(lost_.pairs.size() - k, kFloatLanes), way, is_move);
+  }
+  lost_.left = 0;
+  for (std::uint32_t k = 0; k < lost_.pairs.size(); ++k) {
+    if (!lost_.pairs[k].is_found) std::swap(lost_.pairs[k], lost_.pairs[lost_.left++]);
+  }
+  lost_.has_faces = true;
+  return true;
 }
 
 /// True if a plane, fixed or turning, certifies a lane on the way; `tried`: what was looked at.
@@ -180,23 +197,37 @@ bool FacetScreen::certify_lost(const Lost& lost, std::uint32_t facet, const Lost
   }
   found = found || find_closest(at.at_p, between, tried);
   if (!found) return turns();
-  write(lists_.blocks[lost.block], lost.lane, row, facet, tried.best.normal_w);
+  write(lost.block, lost.lane, plane_lane(row, facet, tried.best.normal_w));
   float& least = of(gaps_.least_m, lost.row);
   least = std::min(least, rounded_down(tried.best.gap_p_m - static_cast<Real>(row.rounding_m)));
   return true;
 }
 
 FacetScreen::Search FacetScreen::search(const Way& way, std::uint32_t most_work) noexcept {
+  const std::uint32_t begin = work_;
   lost_.misses.clear();
+  const Search end = search_lost(way, most_work);
+  const std::size_t sweep_work = kSweptWork * a_.rows.size() + kBlockWork * lists_.blocks.size();
+  if (!lost_.overflowed || !lost_.has_faces || lost_.searched < lost_.left ||
+      !lost_.misses.empty() || work_ - begin + sweep_work >= most_work) {
+    return end;
+  }
+  // Those that have found planes have made room for the others.
+  sweep(way);
+  return search_lost(way, most_work - (work_ - begin));
+}
+
+FacetScreen::Search FacetScreen::search_lost(const Way& way, std::uint32_t most_work) noexcept {
   const GripPose &p = way.p, &q = way.q;
   LostRow at;
   at.is_move = !(q.x0_w == p.x0_w && q.q_wa.coeffs() == p.q_wa.coeffs());
   const float need_m = rounded_up(way.least_m * kScreenRoundedUp);
   const std::uint32_t begin = work_;
-  while (lost_.searched < lost_.pairs.size()) {
+  if (!lost_.has_faces && !search_faces(way, at.is_move, most_work)) return Search::kSpent;
+  while (lost_.searched < lost_.left) {
     for (const std::uint32_t end = worst_lost(need_m); lost_.searched < end; ++lost_.searched) {
       const Lost& lost = lost_.pairs[lost_.searched];
-      const std::uint32_t facet = lists_.blocks[lost.block].facet[lost.lane];
+      const std::uint32_t facet = lists_.lanes[lost.block].facet[lost.lane];
       if (facet == kNoFacet) continue;  // the law has it
       if (work_ - begin >= most_work) return Search::kSpent;
       const Row& row = a_.rows[lost.row];
@@ -208,8 +239,8 @@ FacetScreen::Search FacetScreen::search(const Way& way, std::uint32_t most_work)
       }
       Tried tried;
       if (certify_lost(lost, facet, at, way, tried)) continue;
-      static_cast<void>(lost_.misses.push(
-          {lost.row, row.piece, facet, at.is_move ? way.least_m : tried.best.gap_p_m}));
+      static_cast<void>(lost_.misses.push({lost.row, a_.piece[lost.row], b_.tree.order()[facet],
+                                           at.is_move ? way.least_m : tried.best.gap_p_m}));
       if (lost_.misses.size() == kMostMisses) {
         ++lost_.searched;
         return Search::kMisses;

@@ -21,13 +21,15 @@ inline constexpr std::uint32_t kScreenedSlots = 1024, kLeastScreenedSlots = 256;
 }
 /// Work of the screen that counts as one unit of the budget.
 inline constexpr std::uint32_t kScreenOfUnit = 4;
-/// Such work: of a row and a block that are swept; of a row that is looked up, a node of the tree,
-/// a facet that stays in its list and one that comes to it; of a direction, and of the closest
-/// points of two facets; of all planes of one pair at the most.
+/// Such work: of a row and a block that are swept; of a row that is looked up, a node and a leaf of
+/// the tree, a facet that stays in its list and one that comes to it; of a pair whose faces are
+/// tried among eight, of a direction alone, and of the closest points of two facets; of all planes
+/// of one pair at the most.
 inline constexpr std::uint32_t kSweptWork = 2, kBlockWork = 1;
-inline constexpr std::uint32_t kRowWork = 4, kNodeWork = 2, kKeptWork = 1, kNewWork = 2;
-inline constexpr std::uint32_t kDirectionWork = 2, kClosestWork = 6;
-inline constexpr std::uint32_t kMostPlaneWork = 3 * kDirectionWork + 2 * kClosestWork;
+inline constexpr std::uint32_t kRowWork = 4, kNodeWork = 1, kLeafWork = 3, kKeptWork = 1;
+inline constexpr std::uint32_t kNewWork = 1;
+inline constexpr std::uint32_t kBatchWork = 2, kDirectionWork = 2, kClosestWork = 6;
+inline constexpr std::uint32_t kMostPlaneWork = kBatchWork + 3 * kDirectionWork + 2 * kClosestWork;
 /// Facets that come to the list of one row at once, and work on lists and on planes that a tick may
 /// do although the units are spent.
 inline constexpr std::uint32_t kMostNewFacets = 256, kGrantedScreenWork = 2048;
@@ -47,8 +49,9 @@ struct ScreenSize {
   /// which one is always due, a row that is looked up, far lists that are given back where blocks
   /// run short, and what is granted to lists and planes.
   [[nodiscard]] constexpr std::uint64_t begun_units() const noexcept {
-    const std::uint64_t row = kRowWork + facets * (kKeptWork + kNewWork) + facets / 4 * kNodeWork +
-                              blocks() * kBlockWork + kMostNewFacets * kMostPlaneWork;
+    const std::uint64_t row = kRowWork + facets * (kKeptWork + kNewWork) +
+                              (facets / 8 + 16) * (kNodeWork + kLeafWork) + blocks() * kBlockWork +
+                              kMostNewFacets * kMostPlaneWork;
     return sweep_units() + (row + 2 * kGrantedScreenWork) / kScreenOfUnit + 2;
   }
 };

@@ -81,7 +81,7 @@ class ColumnsPage {
   std::map<std::string, std::vector<Words>> rows_;
 };
 
-std::string joined(const Words& words) {
+std::string listed(const Words& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ",") + word;
   return text;
@@ -164,25 +164,25 @@ TEST_SUITE("host_sim.columns_page") {
         test::run_program(HAPTIC_HOST_SIM, "motion --for " + scene + " -o " + motion).exit_code ==
         0);
     const std::string samples = test::text_of_file(motion);
-    CHECK(first_line(samples) == joined(page.column("Motion: column")));
+    CHECK(first_line(samples) == listed(page.column("Motion: column")));
     check_rows(samples);
 
     const std::string ticks = folder.file("t.csv"), contacts = folder.file("c.csv");
     REQUIRE(test::run_program(HAPTIC_HOST_SIM, "replay " + scene + " --motion " + motion + " -o " +
                                                    ticks + " --contacts " + contacts)
                 .exit_code == 0);
-    const std::string of_replay = joined(page.column(kReplay + "column"));
-    const std::string of_poses = joined(page.column(kReplay + "pose column"));
-    const std::string added = joined(page.column(kReplay + "added column"));
+    const std::string of_replay = listed(page.column(kReplay + "column"));
+    const std::string of_poses = listed(page.column(kReplay + "pose column"));
+    const std::string added = listed(page.column(kReplay + "added column"));
     const std::string of_added = added.empty() ? "" : "," + added;
     const std::string played = test::text_of_file(ticks), touched = test::text_of_file(contacts);
     CHECK(first_line(played) == of_replay + "," + of_poses + of_added);
     check_rows(played);
-    CHECK(first_line(touched) == joined(page.column("Contacts of a replay: column")));
+    CHECK(first_line(touched) == listed(page.column("Contacts of a replay: column")));
     check_rows(touched);
 
-    const std::string of_run = joined(page.column("Ticks of a run: run column"));
-    const std::string of_stack = joined(page.column("Ticks of a run: stack column"));
+    const std::string of_run = listed(page.column("Ticks of a run: run column"));
+    const std::string of_stack = listed(page.column("Ticks of a run: stack column"));
     for (const bool stack : {false, true}) {
       CAPTURE(stack);
       const std::string out = folder.file(stack ? "stack" : "run");
@@ -202,11 +202,11 @@ TEST_SUITE("host_sim.columns_page") {
         test::run_program(HAPTIC_SCENE_INSPECT, scene + " --cspace 0,0,0.05 --cspace-dir " + space)
             .exit_code == 0);
     const std::string drawn = test::text_of_file(space + "/cspace.csv");
-    CHECK(first_line(drawn) == joined(page.column("C-space: column")));
+    CHECK(first_line(drawn) == listed(page.column("C-space: column")));
     check_rows(drawn);
 
-    CHECK(first_line(hal::flight_csv({})) == joined(page.column("Crash file: column")));
-    CHECK(kContactCsvHeader == joined(page.column("Contacts of a replay: column")));
+    CHECK(first_line(hal::flight_csv({})) == listed(page.column("Crash file: column")));
+    CHECK(kContactCsvHeader == listed(page.column("Contacts of a replay: column")));
   }
 
   TEST_CASE("columns: a number of a file that is zero has no sign") {

