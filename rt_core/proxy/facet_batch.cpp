@@ -48,6 +48,16 @@ void FacetScreen::gather(PlaneBatch& batch, std::uint32_t row, std::uint32_t fac
   }
 }
 
+/// The plane that was chosen for lane k. Corners of a large facet are far from the row, too far for
+/// single precision: its height is taken again.
+FacetScreen::Lane FacetScreen::lane_of(const PlaneBatch& batch, std::uint32_t k, const Row& row,
+                                       std::uint32_t facet) const noexcept {
+  return plane_lane(
+      row, facet,
+      Vec3(static_cast<Real>(batch.normal[0][k]), static_cast<Real>(batch.normal[1][k]),
+           static_cast<Real>(batch.normal[2][k])));
+}
+
 /// Planes for lost pairs from `begin` on; each that gets one is marked.
 void FacetScreen::search_batch(PlaneBatch& batch, std::uint32_t begin, std::uint32_t count,
                                const Way& way, bool is_move) noexcept {
@@ -68,13 +78,13 @@ void FacetScreen::search_batch(PlaneBatch& batch, std::uint32_t begin, std::uint
     const Row& row = a_.rows[lost.row];
     const float need_m =
         rounded_up(way.least_m + excess_m(lost.row, way) + static_cast<Real>(row.rounding_m));
-    if (!(batch.gap_p_m[k] >= need_m && batch.gap_q_m[k] >= need_m)) continue;
-    write(lost.block, lost.lane,
-          {{batch.normal[0][k], batch.normal[1][k], batch.normal[2][k]},
-           rounded_up(batch.height_m[k]),
-           lists_.lanes[lost.block].facet[lost.lane]});
+    const Lane lane = lane_of(batch, k, row, lists_.lanes[lost.block].facet[lost.lane]);
+    const float less_m = lane.height_m - batch.height_m[k];
+    const float gap_p_m = batch.gap_p_m[k] - less_m, gap_q_m = batch.gap_q_m[k] - less_m;
+    if (!(gap_p_m >= need_m && gap_q_m >= need_m)) continue;
+    write(lost.block, lost.lane, lane);
     float& least = FacetScreen::of(gaps_.least_m, lost.row);
-    least = std::min(least, rounded_down(batch.gap_p_m[k] - row.rounding_m));
+    least = std::min(least, rounded_down(gap_p_m - row.rounding_m));
     lost.is_found = true;
   }
 }
@@ -87,7 +97,9 @@ void FacetScreen::put_batch(PlaneBatch& batch, const std::uint32_t* facets, std:
   work_ += kBatchWork * batch.count;
   LaneKernels{is_wide_}.choose_planes(batch, false);
   for (std::uint32_t k = 0; k < batch.count; ++k) {
-    const Real gap_m = static_cast<Real>(batch.gap_p_m[k] - row.rounding_m);
+    const Lane lane = lane_of(batch, k, row, facets[k]);
+    const Real gap_m =
+        static_cast<Real>(batch.gap_p_m[k] - (lane.height_m - batch.height_m[k]) - row.rounding_m);
     if (gap_m < look.least_m) {
       put_alone(number, facets[k], p, look);
       continue;
@@ -96,11 +108,7 @@ void FacetScreen::put_batch(PlaneBatch& batch, const std::uint32_t* facets, std:
       look.others_m = std::min(look.others_m, gap_m);
       continue;
     }
-    put(row, look,
-        {{batch.normal[0][k], batch.normal[1][k], batch.normal[2][k]},
-         rounded_up(batch.height_m[k]),
-         facets[k]},
-        gap_m);
+    put(row, look, lane, gap_m);
   }
   batch.count = 0;
 }

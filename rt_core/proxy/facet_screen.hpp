@@ -195,6 +195,8 @@ class FacetScreen {
               const GripPose* q) const noexcept;
   [[nodiscard]] Search search_lost(const Way& way, std::uint32_t most_work) noexcept;
   [[nodiscard]] bool search_faces(const Way& way, bool is_move, std::uint32_t most_work) noexcept;
+  [[nodiscard]] Lane lane_of(const PlaneBatch& batch, std::uint32_t k, const Row& row,
+                             std::uint32_t facet) const noexcept;
   void search_batch(PlaneBatch& batch, std::uint32_t begin, std::uint32_t count, const Way& way,
                     bool is_move) noexcept;
   void put_batch(PlaneBatch& batch, const std::uint32_t* facets, std::uint32_t number,
