@@ -35,6 +35,8 @@ constexpr LaboratoryCommand kLaboratory[] = {
     {"friction",
      "Slides, stops and screws parts in tight fits: friction against Coulomb's law and screw "
      "mechanics."},
+    {"growth",
+     "Compiles parts that get larger: time, memory, bytes, and the powers they grow with."},
     {"guide-limits", "Measures the loop with a guide on and off, and the most that a guide does."},
     {"guide-study",
      "Lets simulated hands put a peg into its hole: contact alone, a guide, wrong guides."},

@@ -17,12 +17,12 @@ int main(int argc, char** argv) {
       sim::add_compare_laws_command(program), sim::add_cost_command(program),
       sim::add_crossings_command(program),    sim::add_faults_command(program),
       sim::add_flight_command(program),       sim::add_friction_command(program),
-      sim::add_hold_command(program),         sim::add_pareto_command(program),
-      sim::add_plan_sampled_command(program), sim::add_proxy_fuzz_command(program),
-      sim::add_soak_command(program),         sim::add_stability_command(program),
-      sim::add_strangers_command(program),    sim::add_surface_fuzz_command(program),
-      sim::add_vectors_command(program),      sim::add_verify_command(program),
-      sim::add_wcet_command(program)};
+      sim::add_growth_command(program),       sim::add_hold_command(program),
+      sim::add_pareto_command(program),       sim::add_plan_sampled_command(program),
+      sim::add_proxy_fuzz_command(program),   sim::add_soak_command(program),
+      sim::add_stability_command(program),    sim::add_strangers_command(program),
+      sim::add_surface_fuzz_command(program), sim::add_vectors_command(program),
+      sim::add_verify_command(program),       sim::add_wcet_command(program)};
   for (sim::Command& study : sim::add_study_commands(program)) commands.push_back(std::move(study));
   return tools::run_program(program, commands, tools::kCommonExitCodes, argc, argv);
 }

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -19,7 +20,7 @@
 namespace haptic::sim {
 
 int run_to_end(const std::vector<std::string>& command, const std::string& out,
-               const std::string& err) {
+               const std::string& err, ChildCost* cost) {
   std::vector<char*> arguments;
   for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
@@ -37,8 +38,17 @@ int run_to_end(const std::vector<std::string>& command, const std::string& out,
     return -1;
   }
   int status = 0;
-  while (::waitpid(child, &status, 0) < 0) {
+  rusage used{};
+  while (::wait4(child, &status, 0, &used) < 0) {
     if (errno != EINTR) return -1;
+  }
+  if (cost != nullptr) {
+    const auto seconds = [](const timeval& t) {
+      return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    constexpr std::uint64_t kUnit = 1024;  // of ru_maxrss
+    cost->processor_s = seconds(used.ru_utime) + seconds(used.ru_stime);
+    cost->peak_bytes = kUnit * static_cast<std::uint64_t>(used.ru_maxrss);
   }
   return status;
 }

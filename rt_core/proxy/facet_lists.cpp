@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "rt_core/proxy/facet_screen.hpp"
@@ -24,8 +25,13 @@ constexpr Real kMostSlack = 8;
 /// A row is looked up again where its slack is less than this share of the range, or less than what
 /// is needed; where blocks run short the range shrinks by the one factor, and grows by the other.
 constexpr Real kNeedShare = 0.5_r, kFullShare = 0.6_r, kFullGrowth = 1.02_r;
-/// Rows are renewed in the order of their slack, in these shares of what they need.
-constexpr Real kLevels[] = {0.25_r, 0.5_r, 0.75_r, 1.0_r};
+/// Where fewer than this share of the blocks is free, lists become shorter little by little, but
+/// reach this far beyond what is needed.
+constexpr std::size_t kScarceShare = 6;
+constexpr Real kScarceShrink = 0.95_r, kScarceNeeds = 2.5_r;
+/// Rows are renewed in the order of their slack, in these shares of what they need; at last those
+/// again to whose lists more facets come than may at once.
+constexpr Real kLevels[] = {0.25_r, 0.5_r, 0.75_r, 1.0_r, 1.0_r};
 
 }  // namespace
 
@@ -260,17 +266,27 @@ void FacetScreen::renew(const GripPose& p, Real need_m, Real range_m, Real least
   end_.known = end_.done = lists_.is_full = false;
   const std::uint32_t begin = work_;
   range_m = lists_.range_m = std::min(range_m, lists_.most_range_m);
+  const Real asked_m = need_m;
   need_m = std::min(need_m, kNeedShare * range_m);
-  for (const Real share : kLevels) {
-    const FloatLanes level = all_lanes(static_cast<float>(share * need_m));
+  bool was_full = false;
+  std::uint32_t level = 0;
+  while (level < std::size(kLevels) && work_ - begin < most_work) {
+    const FloatLanes below = all_lanes(static_cast<float>(kLevels[level++] * need_m));
     for (std::size_t k = 0; k < gaps_.slack_m.size(); ++k) {
-      std::uint32_t due = lanes_below(load_floats(gaps_.slack_m[k].x), level);
+      std::uint32_t due = lanes_below(load_floats(gaps_.slack_m[k].x), below);
       for (; due != 0 && work_ - begin < most_work; due &= due - 1) {
         const auto lane = static_cast<std::uint32_t>(std::countr_zero(due));
         look_up(static_cast<std::uint32_t>(k) * kFloatLanes + lane, p, range_m, least_m, taken);
       }
     }
-    if (work_ - begin >= most_work) break;
+    if (!lists_.is_full || was_full) continue;
+    // Once more, with the blocks that shorter lists leave.
+    was_full = true;
+    level = 0;
+    shed();
+    lists_.is_full = false;
+    range_m = lists_.range_m = kFullShare * range_m;
+    need_m = std::min(need_m, kNeedShare * range_m);
   }
   FloatLanes clear = all_lanes(kNoGap), nearest = clear;
   for (std::size_t k = 0; k < gaps_.slack_m.size(); ++k) {
@@ -280,10 +296,12 @@ void FacetScreen::renew(const GripPose& p, Real need_m, Real range_m, Real least
   }
   clear_m_ = static_cast<Real>(least_lane(clear));
   nearest_m_ = static_cast<Real>(least_lane(nearest));
-  if (lists_.is_full) shed();
   // Where there are not blocks enough the lists are shorter for a while.
-  lists_.most_range_m =
-      lists_.is_full ? kFullShare * range_m : std::min(kFullGrowth * lists_.most_range_m, kLongest);
+  const bool is_scarce = lists_.free.size() < lists_.free.capacity() / kScarceShare &&
+                         range_m > kScarceNeeds * asked_m;
+  lists_.most_range_m = was_full    ? range_m
+                        : is_scarce ? kScarceShrink * range_m
+                                    : std::min(kFullGrowth * lists_.most_range_m, kLongest);
 }
 
 bool FacetScreen::take_back(std::uint32_t piece_a, std::uint32_t facet_of_scene, const GripPose& p,

@@ -26,9 +26,11 @@ constexpr std::uint32_t kSeatsOfUnit = 8;
 /// A step for whose pairs there are no slots is shortened to this share.
 constexpr Real kRefusedShare = 0.25_r;
 
-/// How deep a step may dip on its way, from a gap of `gap_p_m`.
-Real deepest_on_way(const ProxyScale& scale, Real gap_p_m) noexcept {
-  return std::min(-scale.tolerance_m, gap_p_m);
+/// How deep a step may dip on its way, from a gap of `gap_p_m`: among facets, which a skin holds
+/// apart, deeper than that by rounding, where it is below the tolerance.
+Real deepest_on_way(const ProxyScale& scale, Real gap_p_m, bool has_facets) noexcept {
+  const Real rounding_m = has_facets ? kKeptShare * scale.tolerance_m : Real{0};
+  return std::min(-scale.tolerance_m, gap_p_m - rounding_m);
 }
 
 }  // namespace
@@ -78,7 +80,7 @@ Proxy::SharedGap Proxy::shared_gap(ReachedPair& reached, const Step& step, Real 
     reached.shared_m = at_q.gap_m;
     if (!(at_q.gap_m >= least_m)) continue;
     const Real path_m = path_gap(pair, at_p, at_q, step);
-    const Real worth_m = path_m - deepest_on_way(parameters_.scale, at_p.gap_m);
+    const Real worth_m = path_m - deepest_on_way(parameters_.scale, at_p.gap_m, has_facets());
     if (!(worth_m > best.worth_m)) continue;
     best = {at_p.gap_m, at_q.gap_m, path_m, worth_m, at_q.normal_w};
     if (worth_m >= 0) break;
@@ -103,8 +105,8 @@ Proxy::PlaneWorth Proxy::worth_of(const ReachedPair& reached, const ValidPlane& 
   found.worth_m = gap.gap_m - least_from(least_m, gap_p_m);
   if (found.worth_m < 0) return found;
   found.path_m = path_gap(pair, gap_p_m, gap, step);
-  found.worth_m =
-      std::min(found.worth_m, found.path_m - deepest_on_way(parameters_.scale, gap_p_m));
+  found.worth_m = std::min(found.worth_m,
+                           found.path_m - deepest_on_way(parameters_.scale, gap_p_m, has_facets()));
   return found;
 }
 
@@ -129,7 +131,8 @@ Real Proxy::least_from(Real least_m, Real gap_p_m) const noexcept {
 Real Proxy::worth_m(const ReachedPair& reached, Real least_m) const noexcept {
   const Real worth = reached.gap_q_m - least_from(least_m, reached.gap_p_m);
   if (worth < 0) return worth;
-  return std::min(worth, reached.path_m - deepest_on_way(parameters_.scale, reached.gap_p_m));
+  return std::min(
+      worth, reached.path_m - deepest_on_way(parameters_.scale, reached.gap_p_m, has_facets()));
 }
 
 /// True if the plane that a pair has certifies it.
@@ -516,7 +519,7 @@ Proxy::Check Proxy::check(const Step& step, Real least_m, ProxyTick& tick,
 void Proxy::judge_gap(std::uint32_t k, Real least_m, Check& result) const noexcept {
   const ReachedPair& reached = pass_.reached[k];
   const Real lacking = least_from(least_m, reached.gap_p_m) - reached.gap_q_m;
-  const Real deepest_m = deepest_on_way(parameters_.scale, reached.gap_p_m);
+  const Real deepest_m = deepest_on_way(parameters_.scale, reached.gap_p_m, has_facets());
   if (lacking > 0) {
     result.ok = false;
     if (lacking > result.lacking_m || (lacking == result.lacking_m && k < result.worst)) {

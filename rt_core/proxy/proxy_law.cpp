@@ -446,17 +446,18 @@ Proxy::PassEnd Proxy::make_passes(const GripPose& goal, ProxyTick& tick) noexcep
   // With one pass in a tick its way is straight.
   // What goes all the way with the goal is not held by a low step.
   const bool follows = has_long_lists() && end == PassEnd::kMoved && pass_.whole && rest_.held == 0;
+  // The list of near pairs has been outrun, or the passes have ended before a screened part was as
+  // fast as it asks to be.
+  const bool outrun = move_.list_cut && tick.moved;
+  const bool was_short =
+      was_bound && end == PassEnd::kMoved && tick.work.passes == parameters_.passes;
   if (end != PassEnd::kSpent && parameters_.passes > 1 && !follows) {
     if (climb(goal, tick)) {
       end = PassEnd::kMoved;
       tick.moved = true;
     }
   }
-  // The list of near pairs has been outrun, or the passes have ended before a screened part was as
-  // fast as it asks to be.
-  if (move_.list_cut && tick.moved) move_.spent = true;
-  if (was_bound && end == PassEnd::kMoved && tick.work.passes == parameters_.passes)
-    move_.spent = true;
+  if (outrun || was_short) move_.spent = true;
   return end;
 }
 

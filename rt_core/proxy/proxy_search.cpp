@@ -10,6 +10,9 @@
 namespace haptic {
 namespace {
 
+/// Where lists have cut a step short the next one may be so much longer.
+constexpr Real kLongerSteps = 4;
+
 /// Violation of a row that the quadratic program may leave: a share of the tolerance, or what
 /// rounding makes of numbers as large as the error.
 Real qp_tolerance(const ProxyScale& scale, const PoseError& error, Real length_m) noexcept {
@@ -49,6 +52,7 @@ class Proxy::StepSearch {
   void solve_program() noexcept;
   [[nodiscard]] Real share_of_way() const noexcept;
   [[nodiscard]] Real trusted_m(Real s) noexcept;
+  [[nodiscard]] bool may_widen() const noexcept;
   [[nodiscard]] bool choose_step(Step& step) noexcept;
   [[nodiscard]] Round take_certified(bool still) noexcept;
   [[nodiscard]] Round impose_lacking(const Step& step, const Check& result) noexcept;
@@ -133,23 +137,16 @@ Real Proxy::StepSearch::share_of_way() const noexcept {
   return std::max(s, pass_.nearest_m / motion_m_);
 }
 
-/// The longest motion that is trusted, where a share s of the way is asked for: what a longer step
-/// needs is looked up at once where lists are made row by row.
+/// The longest motion that is trusted, where a share s of the way is asked for.
 Real Proxy::StepSearch::trusted_m(Real s) noexcept {
   Real trust_m = proxy_.range_.trust_m;
+  proxy_.move_.list_cut = false;
   if (!proxy_.has_facets()) return trust_m;
   trust_m = std::max(trust_m, pass_.nearest_m);
   if (!proxy_.has_long_lists() || !(motion_m_ > 0)) return trust_m;
-  const auto listed_m = [&] {
-    return kListShare * proxy_.unlisted_m() * motion_m_ / proxy_.list_motion_m(far_m_, turn_rad_);
-  };
-  const Real step_m = std::min(s * motion_m_, trust_m);
-  const bool widens = proxy_.has_screen() && proxy_.move_.behind_ticks == 0 &&
-                      step_m > listed_m() && proxy_.has_budget(tick_);
-  if (widens) proxy_.widen(step_m, tick_);
-  const Real list_m = listed_m();
-  TickMove& move = proxy_.move_;
-  move.list_cut = move.list_cut || (s * motion_m_ > list_m && !(trust_m < list_m));
+  const Real list_m =
+      kListShare * proxy_.unlisted_m() * motion_m_ / proxy_.list_motion_m(far_m_, turn_rad_);
+  proxy_.move_.list_cut = s * motion_m_ > list_m && !(trust_m < list_m);
   return std::min(trust_m, list_m);
 }
 
@@ -192,10 +189,21 @@ bool Proxy::StepSearch::choose_step(Step& step) noexcept {
   return true;
 }
 
+/// True if a certified step is cut short by lists that are made row by row, and may be longer: not
+/// before, for what a program asks for before it knows what is in the way is far longer.
+bool Proxy::StepSearch::may_widen() const noexcept {
+  return proxy_.move_.list_cut && proxy_.has_screen() && proxy_.move_.behind_ticks == 0 &&
+         round_ + 1 < retry_at_ && proxy_.has_budget(tick_);
+}
+
 /// A step is certified: it is the one, or a nearer one is tried, with planes chosen from the start.
 /// Rows linearised at a far step, planes that were the best there, and planes of an earlier pass
 /// can hold the proxy where it is.
 Proxy::StepSearch::Round Proxy::StepSearch::take_certified(bool still) noexcept {
+  if (may_widen()) {
+    proxy_.widen(std::min(kLongerSteps * pass_.tried_m, motion_m_), tick_);
+    return Round::kNext;
+  }
   pass_.whole = !cut_ && s_ == 1 && s_turn_ == 1 && !program_.far_rows;
   const bool held_back = program_.far_rows && motion_m_ < kHeldBack * free_motion_m_;
   if (cut_ || (!still && !held_back)) return Round::kFound;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// A scene of many facets that conform, and how far these are apart by their corners alone.
+/// Scenes of many facets, and how far these are apart by their corners alone.
 
 #include <algorithm>
 #include <cmath>
@@ -24,6 +24,16 @@ inline std::vector<std::byte> nut_on_rod() {
   const std::string toml = "format = 1\nname = \"nut_on_rod\"\n[moving]\n" + thread +
                            "internal = true\nouter_radius_m = 0.012\nturns = 1\n[[static]]\n" +
                            thread + "turns = 3\n[rendering]\nk_f_n_per_m = 1000.0\n";
+  return tools::compile_scene(tools::parse_scene_file(toml, "scene.toml", "."), {}).bytes;
+}
+
+/// A ball of small facets, about the origin, and a plate 0.2 m wide whose top is 5 mm above it.
+inline std::vector<std::byte> ball_on_plate() {
+  const std::string toml =
+      "format = 1\nname = \"ball_on_plate\"\n[moving]\nshape = \"sphere\"\nradius_m = 0.005\n"
+      "segments = 32\nas = \"surface\"\nposition_m = [0.0, 0.0, 0.02]\n[[static]]\n"
+      "shape = \"box\"\nsize_m = [0.2, 0.2, 0.01]\nas = \"surface\"\n"
+      "[rendering]\nk_f_n_per_m = 1000.0\n";
   return tools::compile_scene(tools::parse_scene_file(toml, "scene.toml", "."), {}).bytes;
 }
 

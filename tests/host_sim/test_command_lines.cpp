@@ -258,7 +258,8 @@ TEST_CASE("every help is text, names its exit codes and an example") {
                        "hold",      "pareto",     "pegs",         "plan-sampled",
                        "planners",  "proxy-fuzz", "rates",        "reproduce-paper",
                        "soak",      "stability",  "surface-fuzz", "vectors",
-                       "verify",    "wcet",       "bodies-fuzz",  "bodies"};
+                       "verify",    "wcet",       "bodies-fuzz",  "bodies",
+                       "growth"};
   const char* sim[] = {"motion", "plan", "play", "replay", "run", "serve", "usb-device", "view"};
   std::vector<std::pair<const char*, std::string>> calls{
       {kCompiler, ""}, {kInspect, ""}, {kRun, "doctor"}, {kRun, "run"}};

@@ -9,6 +9,7 @@
 
 #include "host_sim/lab/surface_fuzz/surface_campaign.hpp"
 #include "host_sim/lab/surface_fuzz/surface_comparison.hpp"
+#include "host_sim/session/motion_csv.hpp"
 #include "tests/support/program_run.hpp"
 #include "tools/common/error.hpp"
 
@@ -172,6 +173,34 @@ TEST_SUITE("host_sim.surface_fuzz") {
     CHECK(result.totals().held > 100);
     size.fault = SurfaceFault::kGoal;
     CHECK(run_surface_fuzz(size, {2, false}).totals().deep > 0);
+  }
+
+  TEST_CASE("a scene file along a motion of a file: all of it, with many passes and with one") {
+    SurfaceFuzzSize size;
+    size.scene_file = HAPTIC_SCENES_DIR "/square_peg_five/scene.toml";
+    size.motion_file = "surface_fuzz_motion.csv";
+    std::vector<MotionSample> motion;
+    for (int k = 0; k < 400; ++k) {  // from above down into the wall
+      MotionSample at;
+      at.t_s = 1e-3 * k;
+      at.p[0] = 0.006;
+      at.p[2] = 0.05 - 2e-4 * k;
+      motion.push_back(at);
+    }
+    write_motion_csv(size.motion_file, motion);
+    const SurfaceFuzzResult result = run_surface_fuzz(size, {2, false});
+    INFO(surface_fuzz_page(result));
+    REQUIRE(result.rows.size() == 2);
+    for (const SurfaceFuzzRow& row : result.rows) {
+      CHECK(row.motion == size.motion_file);
+      CHECK(row.totals.ticks >= motion.size());
+      CHECK(row.totals.held > 50);
+    }
+    CHECK(result.rows.back().totals.ways >= motion.size());
+    CHECK(result.totals().failed() == 0);
+    size.fault = SurfaceFault::kGoal;
+    CHECK(run_surface_fuzz(size, {2, false}).totals().deep > 0);
+    std::filesystem::remove(size.motion_file);
   }
 
   TEST_CASE("program: exit 0 and three files; a fault is exit 1 with seed, scene, tick and poses") {

@@ -20,6 +20,7 @@ using tools::Command;
 [[nodiscard]] Command add_faults_command(CLI::App& program);
 [[nodiscard]] Command add_flight_command(CLI::App& program);
 [[nodiscard]] Command add_friction_command(CLI::App& program);
+[[nodiscard]] Command add_growth_command(CLI::App& program);
 [[nodiscard]] Command add_hold_command(CLI::App& program);
 [[nodiscard]] Command add_pareto_command(CLI::App& program);
 [[nodiscard]] Command add_plan_sampled_command(CLI::App& program);

@@ -148,10 +148,17 @@ SurfaceFuzzResult run_surface_fuzz(const SurfaceFuzzSize& size, const RunOptions
   std::vector<Subject> subjects = subjects_of(size, scenes);
   double shares = 0;
   for (const Subject& subject : subjects) shares += subject.share;
-  const std::size_t kinds = std::size(kSurfaceMotions);
+  std::vector<MotionSample> given;
+  if (!size.motion_file.empty()) given = read_played_motion(size.motion_file);
+  const std::size_t kinds = given.empty() ? std::size(kSurfaceMotions) : 1;
   const double per_share = static_cast<double>(size.ticks) / (shares * static_cast<double>(kinds));
   Campaign<SurfaceFuzzRow> campaign;
   for (const Subject& s : subjects) {
+    if (!given.empty()) {
+      campaign.add({s.name, size.motion_file, s.friction, s.passes, 0, 0, {}},
+                   static_cast<double>(given.size()), given.size());
+      continue;
+    }
     for (const SurfaceMotionKind kind : kSurfaceMotions) {
       campaign.add({s.name, to_text(kind), s.friction, s.passes, 0, 0, {}}, per_share * s.share,
                    kShardTicks);
@@ -188,6 +195,7 @@ SurfaceFuzzResult run_surface_fuzz(const SurfaceFuzzSize& size, const RunOptions
         if (!run) {
           run = std::make_unique<SurfaceRun>(s.compiled, s.way, s.label, size.strict, size.fault);
         }
+        if (!given.empty()) return run->run(given);
         return run->run(kSurfaceMotions[shard.row % kinds], shard.count, size.seed, number,
                         size.only ? &result.motion : nullptr);
       });

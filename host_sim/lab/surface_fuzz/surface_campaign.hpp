@@ -22,6 +22,7 @@ struct SurfaceFuzzSize {
   std::vector<double> frictions = {0.0, 0.3};
   PartKind as = PartKind::kSolid;     ///< how every part of our own scenes is taken
   std::string scene_file;             ///< not empty: this scene alone, as it says
+  std::string motion_file;            ///< not empty: its motion alone
   bool strict = false;                ///< triangles may not even touch
   std::optional<std::uint64_t> only;  ///< the run of this number alone, as a failure names it
   std::optional<SurfaceFault> fault;

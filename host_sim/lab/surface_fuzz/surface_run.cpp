@@ -261,13 +261,32 @@ void SurfaceRun::approach(SurfaceMotion& motion) const {
 
 SurfaceTotals SurfaceRun::run(SurfaceMotionKind kind, std::uint64_t ticks, std::uint64_t seed,
                               std::uint64_t number, std::vector<MotionSample>* poses) {
-  SurfaceTotals totals;
   SurfaceMotion motion(around_, kind, seed_of(seed, number));
   approach(motion);
-  HapticCore& core = session_.core();
-  core.reset();
   label_ = scene_label_ + ", " + to_text(kind) + ", seed " + std::to_string(seed) + ", run " +
            std::to_string(number);
+  return judge(
+      ticks, [&](std::uint64_t t) { return t == 0 ? motion.start() : motion.next(); }, poses);
+}
+
+SurfaceTotals SurfaceRun::run(std::span<const MotionSample> motion) {
+  label_ = scene_label_ + ", given motion";
+  return judge(
+      motion.size(),
+      [&](std::uint64_t t) {
+        const MotionSample& at = motion[t];
+        return pose_at(Vector(at.p[0], at.p[1], at.p[2]),
+                       Rotation(at.q_wxyz[0], at.q_wxyz[1], at.q_wxyz[2], at.q_wxyz[3]));
+      },
+      nullptr);
+}
+
+SurfaceTotals SurfaceRun::judge(std::uint64_t ticks,
+                                const std::function<Pose(std::uint64_t)>& pose_at,
+                                std::vector<MotionSample>* poses) {
+  SurfaceTotals totals;
+  HapticCore& core = session_.core();
+  core.reset();
   StepInput input;
   Tick tick;
   const bool one_pass = session_.view().parameters().coupling.passes == 1;
@@ -276,7 +295,7 @@ SurfaceTotals SurfaceRun::run(SurfaceMotionKind kind, std::uint64_t ticks, std::
   still_ = 0;
   for (std::uint64_t t = 0; t < ticks || !rests; ++t) {
     tick.number = t;
-    if (t < ticks) input.pose_wa = t == 0 ? motion.start() : motion.next();
+    if (t < ticks) input.pose_wa = pose_at(t);
     ++input.sequence;
     if (poses != nullptr) {
       poses->push_back(sample_at(static_cast<double>(t) * kMotionPeriod_s,

@@ -4,7 +4,9 @@
 /// judged against the meshes as their files hold them.
 
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "host_sim/lab/proxy_fuzz/proxy_judge.hpp"
@@ -106,9 +108,15 @@ class SurfaceRun {
   /// wanted.
   [[nodiscard]] SurfaceTotals run(SurfaceMotionKind kind, std::uint64_t ticks, std::uint64_t seed,
                                   std::uint64_t number, std::vector<MotionSample>* poses = nullptr);
+  /// The same along a motion of a file, from its first pose on.
+  [[nodiscard]] SurfaceTotals run(std::span<const MotionSample> motion);
 
  private:
   struct Tick;
+  /// Ticks of the poses that `pose_at` gives, then the rest with the last of them.
+  [[nodiscard]] SurfaceTotals judge(std::uint64_t ticks,
+                                    const std::function<Pose(std::uint64_t)>& pose_at,
+                                    std::vector<MotionSample>* poses);
   void approach(SurfaceMotion& motion) const;
   [[nodiscard]] OraclePose grip_pose(const WidePose& pose) const;
   [[nodiscard]] Wide potential_j(const WideError& error) const;

@@ -314,10 +314,14 @@ TEST_SUITE("tools.part_kinds") {
     const auto bounded = propose_tolerance(ball, box, 3, units, 2.0e-6, {});
     REQUIRE(bounded);
     CHECK(bounded->tolerance_m <= 2.0e-6);
-    CHECK(contains(contact_cost_text("ball", "box", ball.pieces, 1, 3, units, true, bounded),
+    const TickBudget budget{2 * units, units};
+    CHECK(contains(contact_cost_text("ball", "box", ball.pieces, 1, 3, budget, true, bounded),
                    "not enough"));
-    CHECK(contains(contact_cost_text("ball", "box", ball.pieces, 1, 3, units, false, {}),
-                   "--propose-tolerance"));
+    CHECK(contains(contact_cost_text("ball", "box", ball.pieces, 1, 3, budget, false, {}),
+                   "comes in time has"));
+    CHECK(
+        contains(contact_cost_text("ball", "box", ball.pieces, 1, 3, {units, 2 * units}, false, {}),
+                 "the budget is"));
     CHECK_FALSE(propose_tolerance(box, box, 3, units, none, {}));
   }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/graph_compiler/graph/scene_writer.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -19,6 +20,7 @@
 #include "rt_core/scene/node_marks.hpp"
 #include "rt_core/scene/scene_check.hpp"
 #include "rt_core/scene/scene_view.hpp"
+#include "rt_core/scene/screen_size.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/scene_bytes.hpp"
 #include "tools/graph_compiler/graph/body_geometry.hpp"
@@ -299,6 +301,36 @@ void add_simplified(BlobBuilder& blob, const SceneDescription& description) {
   if (!simplified.empty()) blob.add(SectionId::kSimplified, simplified);
 }
 
+/// A tick in which planes and lists change takes this multiple of contact_units().
+constexpr double kContactSpare = 1.5;
+
+double area_m2(const ConvexPiece& facet) {
+  const auto& loop = facet.faces[0].loop;
+  const auto at = [&](std::size_t k) {
+    const std::array<double, 3>& v = facet.vertices[loop[k]];
+    return Eigen::Vector3d(v[0], v[1], v[2]);
+  };
+  Eigen::Vector3d twice = Eigen::Vector3d::Zero();
+  for (std::size_t k = 2; k < loop.size(); ++k) twice += (at(k - 1) - at(0)).cross(at(k) - at(0));
+  return twice.norm() / 2;
+}
+
+/// Facets of both sides that meet where all of the smaller surface lies on the other.
+double facets_in_contact(const SceneDescription& description) {
+  struct Side {
+    double facets = 0, area_m2 = 0;
+    void add(const PlacedBody& placed) {
+      for (const ConvexPiece& piece : placed.body.pieces) area_m2 += tools::area_m2(piece);
+      facets += static_cast<double>(placed.body.pieces.size());
+    }
+  } of_a, of_b;
+  of_a.add(description.moving);
+  for (const PlacedBody& placed : description.statics) of_b.add(placed);
+  const double least_m2 = std::min(of_a.area_m2, of_b.area_m2);
+  if (!(least_m2 > 0)) return of_a.facets + of_b.facets;
+  return least_m2 * (of_a.facets / of_a.area_m2 + of_b.facets / of_b.area_m2);
+}
+
 /// Units of work that a tick may have begun beyond its budget, without those of any one pair.
 std::uint32_t begun_without_pair(const SceneTables& t, const SceneCapacity& capacity) {
   if (capacity.max_work_units == 0) return 0;
@@ -379,6 +411,13 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
     parameters.work_units =
         work_units_at(parameters.rate_hz, capacity.near_slots, begun,
                       begun - begun_without_pair(t, capacity), has_surfaces(description));
+    if (is_screened(t.pieces, t.bodies[0].piece_count)) {
+      const double in_contact =
+          kContactSpare * contact_units(facets_in_contact(description), parameters.coupling.passes);
+      parameters.work_units = std::max(
+          parameters.work_units,
+          static_cast<std::uint32_t>(std::min<double>(in_contact, double{kMostWorkUnits})));
+    }
     capacity = capacity_now();
   }
   BlobBuilder builder = sections_of(t, wide);

@@ -595,7 +595,9 @@ void add_contact_cost(const SceneFile& scene, const CompileOptions& options, con
   if (dearest == 0) return;
   const PartReport& fixed = result.parts[dearest];
   const std::uint32_t passes = p.coupling.passes;
-  const double units = p.work_units;
+  const TickBudget budget{double{1} * p.work_units,
+                          double{1} * work_units_at(p.rate_hz, 0, 0, 0, true)};
+  const double units = budget.least_units();
   if (contact_cost(moving, pieces_of(fixed), passes).units <= units) return;
   std::optional<ToleranceProposal> proposal;
   if (options.propose_tolerance) {
@@ -612,7 +614,7 @@ void add_contact_cost(const SceneFile& scene, const CompileOptions& options, con
         });
   }
   result.notes.push_back(contact_cost_text(result.parts[0].mesh, fixed.mesh, moving,
-                                           pieces_of(fixed), passes, units,
+                                           pieces_of(fixed), passes, budget,
                                            options.propose_tolerance, proposal));
 }
 

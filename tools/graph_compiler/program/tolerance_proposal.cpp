@@ -15,7 +15,6 @@
 namespace haptic::tools {
 namespace {
 
-constexpr double kUnitsInPass = 2.0;
 /// Shares of the diagonal of the larger part between which the tolerances are tried.
 constexpr double kFirstShare = 1.0e-5, kLastShare = 0.02;
 constexpr std::array<double, 3> kSteps{1.0, 2.0, 5.0};
@@ -62,7 +61,7 @@ std::string microseconds(double x_s) { return formatted("%.0f us", 1.0e6 * x_s);
 ContactCost contact_cost(std::size_t pieces_a, std::size_t pieces_b, std::uint32_t passes) {
   ContactCost cost;
   cost.pairs = pieces_a + pieces_b;
-  cost.units = kUnitsInPass * passes * static_cast<double>(cost.pairs);
+  cost.units = contact_units(static_cast<double>(cost.pairs), passes);
   cost.tick_s = kUnitPrice_s * cost.units;
   return cost;
 }
@@ -101,14 +100,16 @@ std::optional<ToleranceProposal> propose_tolerance(const ProposalPart& a, const 
 }
 
 std::string contact_cost_text(const std::string& a, const std::string& b, std::size_t pieces_a,
-                              std::size_t pieces_b, std::uint32_t passes, double budget_units,
+                              std::size_t pieces_b, std::uint32_t passes, const TickBudget& budget,
                               bool tried, const std::optional<ToleranceProposal>& proposal) {
   const ContactCost now = contact_cost(pieces_a, pieces_b, passes);
-  std::string text = a + " on " + b + ", if they lay on each other all over: " + grouped(pieces_a) +
-                     " and " + grouped(pieces_b) + " pieces, about " + grouped(now.pairs) +
-                     " near pairs, " + microseconds(now.tick_s) +
-                     formatted(" a tick at %.0f ns a unit; ", 1.0e9 * kUnitPrice_s) +
-                     "the budget is " + microseconds(kUnitPrice_s * budget_units);
+  std::string text =
+      a + " on " + b + ", if they lay on each other all over: " + grouped(pieces_a) + " and " +
+      grouped(pieces_b) + " pieces, about " + grouped(now.pairs) + " near pairs, " +
+      microseconds(now.tick_s) + formatted(" a tick at %.0f ns a unit; ", 1.0e9 * kUnitPrice_s) +
+      (budget.units < budget.of_rate_units
+           ? "the budget is " + microseconds(kUnitPrice_s * budget.units)
+           : "one that comes in time has " + microseconds(kUnitPrice_s * budget.of_rate_units));
   if (!tried) return text + "; --propose-tolerance finds the tolerance_m that meets it";
   if (!proposal)
     return text + "; no tolerance_m that keeps holes, walls and the clearance leaves fewer";
@@ -116,7 +117,7 @@ std::string contact_cost_text(const std::string& a, const std::string& b, std::s
   text += formatted("; tolerance_m = %.2g", proposal->tolerance_m) + " leaves about " +
           grouped(proposal->pieces_a) + " and " + grouped(proposal->pieces_b) + " pieces, " +
           microseconds(then.tick_s) + " a tick";
-  if (then.units > budget_units) {
+  if (then.units > budget.least_units()) {
     text += ": not enough, and a larger one would close holes, walls or the clearance";
   }
   return text;

@@ -3,6 +3,7 @@
 /// Cost of contact all over for a scene with surfaces, and the simplification that its rate asks
 /// for.
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -50,10 +51,16 @@ std::optional<ToleranceProposal> propose_tolerance(const ProposalPart& a, const 
                                                    double most_m,
                                                    const std::function<void(double)>& tell);
 
-/// One sentence: near pairs and time, and how to meet the budget of the rate.
+/// Units of work that a tick may spend by the scene, and those that it has time for at its rate.
+struct TickBudget {
+  double units = 0.0, of_rate_units = 0.0;
+  [[nodiscard]] double least_units() const { return std::min(units, of_rate_units); }
+};
+
+/// One sentence: near pairs and time, and how to meet the budget or the rate.
 /// @param tried  the proposal was asked for.
 std::string contact_cost_text(const std::string& a, const std::string& b, std::size_t pieces_a,
-                              std::size_t pieces_b, std::uint32_t passes, double budget_units,
+                              std::size_t pieces_b, std::uint32_t passes, const TickBudget& budget,
                               bool tried, const std::optional<ToleranceProposal>& proposal);
 
 }  // namespace haptic::tools
