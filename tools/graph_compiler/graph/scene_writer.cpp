@@ -301,8 +301,9 @@ void add_simplified(BlobBuilder& blob, const SceneDescription& description) {
   if (!simplified.empty()) blob.add(SectionId::kSimplified, simplified);
 }
 
-/// A tick in which planes and lists change takes this multiple of contact_units().
-constexpr double kContactSpare = 1.5;
+/// A tick in which planes and lists change takes so many contact_units(); a scene keeps to its rate
+/// where that is up to so many of its budgets, for few ticks take as much.
+constexpr double kContactSpare = 1.5, kContactShare = 3.0;
 
 double area_m2(const ConvexPiece& facet) {
   const auto& loop = facet.faces[0].loop;
@@ -414,9 +415,10 @@ std::vector<std::byte> write_scene(const SceneDescription& description, SceneAcc
     if (is_screened(t.pieces, t.bodies[0].piece_count)) {
       const double in_contact =
           kContactSpare * contact_units(facets_in_contact(description), parameters.coupling.passes);
-      parameters.work_units = std::max(
-          parameters.work_units,
-          static_cast<std::uint32_t>(std::min<double>(in_contact, double{kMostWorkUnits})));
+      if (in_contact > kContactShare * parameters.work_units) {
+        parameters.work_units =
+            static_cast<std::uint32_t>(std::min<double>(in_contact, double{kMostWorkUnits}));
+      }
     }
     capacity = capacity_now();
   }

@@ -67,10 +67,8 @@ inline constexpr std::uint32_t kUnitsOfPair = 90;
 /// Units of work that a tick may spend at a rate, where the scene does not say: 8197 at 1 kHz and
 /// with `surfaces` 10656, and fewer where the bound, with the `begun` units that come on top, would
 /// be more than its share; but never fewer of them than kUnitsOfPair for each of `near_slots` pairs
-/// and what the dearest pair takes for a valid set and a search, `dearest`. (A scene whose facets
-/// are screened in bulk has contact_units() of the facets that meet where all of the smaller
-/// surface lies on the other, if those are more: such parts follow, and where a tick takes longer
-/// than the period it is late, which is said.)
+/// and what the dearest pair takes for a valid set and a search, `dearest`. (Where facets are
+/// screened in bulk and meet by thousands the writer allows more.)
 [[nodiscard]] constexpr std::uint32_t work_units_at(double rate_hz, std::uint32_t near_slots,
                                                     std::uint32_t begun, std::uint32_t dearest,
                                                     bool surfaces) {
