@@ -31,6 +31,8 @@ constexpr const char* kSphere = "sphere";
 constexpr double kCombLength_mm = 100, kPitch_mm = 2;
 constexpr double kBase_mm = 3, kHeight_mm = 8, kDepth_mm = 10;
 constexpr double kSphereRadius_mm = 50;
+/// Beyond the compiler's own limit, from which on it makes a surface of a part.
+constexpr std::uint32_t kMostReflexEdges = 4000;
 
 /// Two walls of each gap between two teeth meet its ground in a reflex edge.
 std::uint32_t teeth_of(std::uint32_t reflex_edges) { return reflex_edges / 2 + 1; }
@@ -121,7 +123,7 @@ std::string scene_of(const GrowthSeries& series, std::uint32_t size,
         series.name == kLongComb ? kPitch_mm * (2 * teeth - 1) / 2 : kCombLength_mm;
     write_whole_file(folder.file("comb.obj"), comb_mesh(teeth, length_mm));
     above_m = 5e-3 * kHeight_mm;
-    fixed = "mesh = \"comb.obj\"\nscale_to_m = 0.001\n";
+    fixed = "mesh = \"comb.obj\"\nscale_to_m = 0.001\nas = \"solid\"\n";
   }
   return "format = 1\nname = \"" + series.name + "\"\n[moving]\nshape = \"box\"\n" +
          formatted("size_m = [0.01, 0.01, 0.01]\nposition_m = [0.0, 0.0, %.9g]\n", above_m) +
@@ -137,7 +139,12 @@ GrownPart compile(const GrowthSeries& series, std::uint32_t size) {
   ChildCost cost;
   const std::string blob = folder.file("scene.rtscene");
   const std::vector<std::string> command = {program_beside("graph_compiler"),
-                                            folder.file("scene.toml"), "-o", blob, "--quiet"};
+                                            folder.file("scene.toml"),
+                                            "-o",
+                                            blob,
+                                            "--quiet",
+                                            "--max-reflex",
+                                            std::to_string(kMostReflexEdges)};
   const int status = run_to_end(command, folder.file("out"), folder.file("err"), &cost);
   if (status == -1) throw tools::InputError(command[0] + ": " + std::strerror(errno));
   part.processor_s = cost.processor_s;
