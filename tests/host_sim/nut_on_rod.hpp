@@ -27,12 +27,17 @@ inline std::vector<std::byte> nut_on_rod() {
   return tools::compile_scene(tools::parse_scene_file(toml, "scene.toml", "."), {}).bytes;
 }
 
-/// A ball of small facets, about the origin, and a plate 0.2 m wide whose top is 5 mm above it.
+/// How the plate below lies.
+inline Quat plate_turn() { return Quat(0.9_r, 0.3_r, 0.2_r, std::sqrt(Real{1} - 0.94_r)); }
+
+/// A ball of small facets, 5 mm of radius about its grip, and a plate 0.2 m wide and 10 mm thick
+/// about the origin, askew: its corners are far from the ball along every axis.
 inline std::vector<std::byte> ball_on_plate() {
   const std::string toml =
       "format = 1\nname = \"ball_on_plate\"\n[moving]\nshape = \"sphere\"\nradius_m = 0.005\n"
-      "segments = 32\nas = \"surface\"\nposition_m = [0.0, 0.0, 0.02]\n[[static]]\n"
+      "segments = 32\nas = \"surface\"\nposition_m = [0.0, 0.0, 0.2]\n[[static]]\n"
       "shape = \"box\"\nsize_m = [0.2, 0.2, 0.01]\nas = \"surface\"\n"
+      "quaternion = { w = 0.9, x = 0.3, y = 0.2, z = 0.24494897427831781 }\n"
       "[rendering]\nk_f_n_per_m = 1000.0\n";
   return tools::compile_scene(tools::parse_scene_file(toml, "scene.toml", "."), {}).bytes;
 }

@@ -171,39 +171,48 @@ TEST_SUITE("host_sim.facet_screen") {
 
   // Corners of the plate are farther from the ball than single precision tells.
   TEST_CASE("small facets over a large one: apart all along the way, to the nanometre") {
-    const Vec3 ball_w(0.03_r, -0.02_r, 0.01001_r);  // 10 um above the plate, off its middle
-    ScreenBench bench(ball_on_plate(), ball_w);
+    const std::vector<std::byte> scene = ball_on_plate();
+    const Mat3 turn = plate_turn().toRotationMatrix();
     Random random(32);
-    int steps = 0;
-    double least_m = kFar_m;
-    for (int trial = 0; trial < 400; ++trial) {
-      Vec3 dx_m, dtheta_rad;
-      random_step(random, dx_m, dtheta_rad);
-      dx_m.z() = static_cast<Real>(random.uniform(-1.5e-6, 1e-6));
-      const GripPose q = moved(bench.p, dx_m, dtheta_rad);
-      if (!bench.certify(q, dx_m, dtheta_rad)) continue;
-      const double apart_m = bench.least_distance(q, false);
-      CHECK(apart_m >= static_cast<double>(kLeast_m));
-      least_m = std::min(least_m, apart_m);
-      if (bench.least_distance(q, true) > static_cast<double>(kLeast_m)) {
-        bench.p = q;
-        bench.screen.accept(q, dx_m.norm(), dtheta_rad.norm());
-        steps += 1;
-      } else {
-        bench.screen.forget_end();
-      }
-      // Nothing stays the law's that is apart.
-      const std::vector<std::uint32_t> slots(bench.taken.slots().begin(),
-                                             bench.taken.slots().end());
-      for (const std::uint32_t slot : slots) {
-        const PairRecord record = bench.scene.view.pair_record(bench.taken[slot].pair);
-        REQUIRE(
-            bench.screen.take_back(record.piece_a, record.piece_b - bench.of_a, bench.p, kLeast_m));
-        bench.taken.remove(slot);
+    int steps = 0, close = 0;
+    for (int place = 0; place < trials(10, 40); ++place) {
+      const auto aside = [&] { return static_cast<Real>(random.uniform(-0.08, 0.08)); };
+      ScreenBench bench(scene, turn * Vec3(aside(), aside(), 0.01005_r));
+      // 0.3 um above the plate.
+      const double far_m = bench.least_distance(bench.p, false) - 3e-7;
+      bench.p.x0_w -= static_cast<Real>(far_m) * turn.col(2);
+      for (int trial = 0; trial < 30; ++trial) {
+        Vec3 dx_m, dtheta_rad;
+        random_step(random, dx_m, dtheta_rad);
+        dx_m.z() = static_cast<Real>(random.uniform(-8e-8, 4e-8));
+        dx_m = turn * dx_m;
+        dtheta_rad *= 0.01_r;
+        const GripPose q = moved(bench.p, dx_m, dtheta_rad);
+        if (!bench.certify(q, dx_m, dtheta_rad)) continue;
+        const double apart_m = bench.least_distance(q, false);
+        CHECK(apart_m >= static_cast<double>(kLeast_m));
+        close += apart_m < static_cast<double>(kLeast_m) + 1e-8 ? 1 : 0;
+        if (bench.least_distance(q, true) > static_cast<double>(kLeast_m)) {
+          bench.p = q;
+          bench.screen.accept(q, dx_m.norm(), dtheta_rad.norm());
+          steps += 1;
+        } else {
+          bench.screen.forget_end();
+        }
+        // Nothing stays the law's that is apart.
+        const std::vector<std::uint32_t> slots(bench.taken.slots().begin(),
+                                               bench.taken.slots().end());
+        for (const std::uint32_t slot : slots) {
+          const PairRecord record = bench.scene.view.pair_record(bench.taken[slot].pair);
+          if (bench.screen.take_back(record.piece_a, record.piece_b - bench.of_a, bench.p,
+                                     kLeast_m)) {
+            bench.taken.remove(slot);
+          }
+        }
       }
     }
     CHECK(steps > 100);
-    CHECK(least_m < static_cast<double>(kLeast_m) + 2e-8);  // some were as near as is certified
+    CHECK(close > 4);  // as near as is certified
   }
 
   TEST_CASE("a pair comes and goes by its slot") {
