@@ -178,20 +178,21 @@ TEST_SUITE("host_sim.facet_screen") {
     for (int place = 0; place < trials(10, 40); ++place) {
       const auto aside = [&] { return static_cast<Real>(random.uniform(-0.08, 0.08)); };
       ScreenBench bench(scene, turn * Vec3(aside(), aside(), 0.01005_r));
-      // 0.3 um above the plate.
-      const double far_m = bench.least_distance(bench.p, false) - 3e-7;
+      // Three tolerances above the plate.
+      const double tolerance_m = static_cast<double>(kTolerance_m);
+      const double far_m = bench.least_distance(bench.p, false) - 3 * tolerance_m;
       bench.p.x0_w -= static_cast<Real>(far_m) * turn.col(2);
       for (int trial = 0; trial < 30; ++trial) {
         Vec3 dx_m, dtheta_rad;
         random_step(random, dx_m, dtheta_rad);
-        dx_m.z() = static_cast<Real>(random.uniform(-8e-8, 4e-8));
+        dx_m.z() = static_cast<Real>(random.uniform(-0.8, 0.4)) * kTolerance_m;
         dx_m = turn * dx_m;
         dtheta_rad *= 0.01_r;
         const GripPose q = moved(bench.p, dx_m, dtheta_rad);
         if (!bench.certify(q, dx_m, dtheta_rad)) continue;
         const double apart_m = bench.least_distance(q, false);
         CHECK(apart_m >= static_cast<double>(kLeast_m));
-        close += apart_m < static_cast<double>(kLeast_m) + 1e-8 ? 1 : 0;
+        close += apart_m < static_cast<double>(kLeast_m) + 0.1 * tolerance_m ? 1 : 0;
         if (bench.least_distance(q, true) > static_cast<double>(kLeast_m)) {
           bench.p = q;
           bench.screen.accept(q, dx_m.norm(), dtheta_rad.norm());

@@ -274,7 +274,8 @@ TEST_SUITE("host_sim.two_hands") {
       HandsBench bench(peg_and_socket());
       std::vector<std::uint64_t> hashes;
       for (int k = 0; k < 1500; ++k) {
-        bench.device[0].p_wa = {0.0007_r * std::sin(0.01_r * k), 0, 0.05_r - 20e-6_r * k};
+        bench.device[0].p_wa = {0.0007_r * std::sin(0.01_r * static_cast<Real>(k)), 0,
+                                0.05_r - 20e-6_r * static_cast<Real>(k)};
         bench.device[1].p_wa[2] += 10e-6_r;
         bench.tick();
         hashes.push_back(bench.last[0].state_hash ^ (bench.last[1].state_hash << 1));
