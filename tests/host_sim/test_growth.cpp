@@ -41,7 +41,8 @@ TEST_SUITE("host_sim.growth") {
 
   TEST_CASE("program: every small part is compiled; a power that it may not have is exit 1") {
     const std::string out = "growth_out";
-    const ProgramResult sound = run_program(HAPTIC_HOST_SIM, "growth --quick --out " + out);
+    const ProgramResult sound =
+        run_program(HAPTIC_HOST_SIM, "growth --quick --most-exponent 10 --out " + out);
     INFO(sound.out << sound.err);
     CHECK(sound.exit_code == 0);
     const std::string csv = file_text(out + "/growth.csv");

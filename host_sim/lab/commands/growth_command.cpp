@@ -50,7 +50,7 @@ Command add_growth_command(CLI::App& program) {
   app->footer(
       "Combs with 100 to 1000 reflex edges as solids, spheres of 10 000 to 1 000 000 facets as\n"
       "surfaces, each with a box above. graph_compiler must lie next to this program. About two\n"
-      "minutes and 4 GB.\n"
+      "minutes and 5 GB.\n"
       "Exit codes: 0 done, 1 a part is refused, or a time grows faster than it may, 2 usage,\n"
       "3 bad input, 4 refused by the system.");
   return {app, [o] { return do_growth(*o); }, "host_sim growth --quick --out growth"};

@@ -27,11 +27,12 @@ Command add_surface_fuzz_command(CLI::App& program) {
   CLI::App* app = add_campaign(program, words, *o, o->size.seed);
   CLI::Option* scene = app->add_option("scene,--scene", o->size.scene_file,
                                        "scene file (.toml) to run instead of our own scenes");
-  app->add_option("--motion", o->size.motion_file,
-                  "its motion (t,x,y,z,qw,qx,qy,qz) instead of those drawn from the seed")
-      ->needs(scene);
   add_count(*app, "--ticks", o->size.ticks, std::uint64_t{1} << 40,
             "ticks over all scenes, rests on top (default 200000)");
+  app->add_option("--motion", o->size.motion_file,
+                  "its motion (t,x,y,z,qw,qx,qy,qz) instead of those drawn from the seed")
+      ->needs(scene)
+      ->excludes(app->get_option("--ticks"));
   app->add_option("--scenes", o->size.scenes,
                   "number of our own scenes; those beyond the fixed ones are drawn from the seed")
       ->check(CLI::Range(std::size_t{1}, std::size_t{10000}))
