@@ -28,6 +28,11 @@ inline void count_one(std::uint64_t& counter) noexcept {
 
 [[nodiscard]] LinkCounters snapshot(LinkCounters& live) noexcept;
 
+/// Norms of a wrench.
+struct HeldWrench {
+  double force_n = 0, torque_nm = 0;
+};
+
 class LinkObserver;
 
 /// Called on the link's thread: after a connection, before its first reports are served, and when
@@ -82,6 +87,9 @@ class DeviceLink {
 
   // From any thread.
   [[nodiscard]] virtual LinkState state() const noexcept = 0;
+  /// The largest wrench that the device may have now: of the command that it accepted last, or of
+  /// one sent since.
+  [[nodiscard]] virtual HeldWrench held() const noexcept = 0;
   [[nodiscard]] virtual LinkCounters counters() const noexcept = 0;
   /// Text of the last trouble and what to do, for people; not for the loop.
   [[nodiscard]] virtual std::string trouble() const = 0;

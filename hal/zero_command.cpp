@@ -8,6 +8,7 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 
+#include "hal/clock/servo_clock.hpp"
 #include "hal/socket_message.hpp"
 
 namespace haptic::hal {
@@ -23,10 +24,14 @@ bool send_zero(const ZeroCommand& command) noexcept {
   struct stat what {};
   if (fstat(command.descriptor, &what) != 0) return false;
   if (S_ISSOCK(what.st_mode)) {
-    std::array<std::uint8_t, ZeroCommand::kMostBytes + 1> message{};
-    message[0] = static_cast<std::uint8_t>(SocketMessage::kOut);
-    for (std::size_t k = 0; k < command.size; ++k) message[k + 1] = command.bytes[k];
-    return send(command.descriptor, message.data(), command.size + 1,
+    constexpr std::size_t kHead = 1 + kZeroStampBytes;
+    std::array<std::uint8_t, ZeroCommand::kMostBytes + kHead> message{};
+    message[0] = static_cast<std::uint8_t>(SocketMessage::kZero);
+    const auto stamp = static_cast<std::uint64_t>(monotonic_ns());
+    for (std::size_t k = 0; k < kZeroStampBytes; ++k)
+      message[1 + k] = static_cast<std::uint8_t>(stamp >> (8 * k) & 0xffu);
+    for (std::size_t k = 0; k < command.size; ++k) message[k + kHead] = command.bytes[k];
+    return send(command.descriptor, message.data(), command.size + kHead,
                 MSG_DONTWAIT | MSG_NOSIGNAL) >= 0;
   }
   // Synchronous, so that nothing has to be reaped; interrupt endpoints are served by it too.

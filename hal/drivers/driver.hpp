@@ -38,6 +38,17 @@ enum class ReportVerdict : std::uint8_t {
   kNotAdvancing  ///< its sequence is not newer than the last one's
 };
 
+/// A device's word on our commands, where its reports have one. Sequences wrap round.
+struct CommandReceipt {
+  bool told =
+      false;  ///< its reports say which command it has accepted last; else nothing below counts
+  bool drives_on = false;      ///< it exerts what it has accepted
+  std::uint32_t sent = 0;      ///< sequence of the last command written
+  std::uint32_t accepted = 0;  ///< of the last one that it has accepted
+  /// Reports in a row by which it has accepted nothing although newer commands were there.
+  std::uint32_t unanswered = 0;
+};
+
 /// Owner: the USB thread. `read` and `write` are wait-free and do not allocate.
 class Driver {
  public:
@@ -70,6 +81,9 @@ class Driver {
   /// other; returns its length, 0: none is needed. Of the state after the last `read`; the driver
   /// does not count it as sent.
   [[nodiscard]] virtual std::size_t zero_report(std::span<std::uint8_t> report) const noexcept = 0;
+
+  /// After the last `read` or `write`.
+  [[nodiscard]] virtual CommandReceipt receipt() const noexcept { return {}; }
 
   /// The last report of a session, after zero was delivered: switches the drives off, so that the
   /// device can tell an end from a host that died. Length; 0: the protocol has none.

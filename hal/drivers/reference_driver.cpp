@@ -115,7 +115,8 @@ void ReferenceDriver::forget() noexcept {
   asked_on_ = confirmed_ = acting_ = refused_ = false;
   cleared_ = asked_off_ = false;
   held_faults_ = 0;
-  behind_ = 0;
+  behind_ = unanswered_ = 0;
+  drives_on_ = false;
 }
 
 HalStatus ReferenceDriver::start(UsbPort& port) noexcept {
@@ -170,6 +171,7 @@ ReportVerdict ReferenceDriver::read(std::span<const std::uint8_t> bytes, std::in
   follow_refusals(report);
   if (behind && is_newer(sent, sequence_)) sequence_ = sent;  // some may still be on their way
   follow_drives(report);
+  follow_acceptance(report);
   reported_ = true;
   last_sequence_ = report.sequence;
 
@@ -207,6 +209,17 @@ void ReferenceDriver::follow_refusals(const ReferenceReport& report) noexcept {
     refused_ = false;
   }
   rejected_ = report.rejected;
+}
+
+void ReferenceDriver::follow_acceptance(const ReferenceReport& report) noexcept {
+  const bool waits = reported_ && is_newer(sequence_, report.accepted_sequence);
+  unanswered_ = waits && report.accepted_sequence == accepted_ ? unanswered_ + 1 : 0;
+  accepted_ = report.accepted_sequence;
+  drives_on_ = (report.status & kReferenceDrivesOn) != 0;
+}
+
+CommandReceipt ReferenceDriver::receipt() const noexcept {
+  return {reported_, drives_on_, sequence_, accepted_, unanswered_};
 }
 
 void ReferenceDriver::follow_drives(const ReferenceReport& report) noexcept {

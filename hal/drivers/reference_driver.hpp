@@ -68,6 +68,9 @@ class ReferenceDriver final : public Driver {
   /// Drives off, with a sequence that is newer than any of the next 2^30 commands: days.
   [[nodiscard]] std::size_t zero_report(std::span<std::uint8_t> report) const noexcept override;
 
+  /// Told from the first report of a connection on.
+  [[nodiscard]] CommandReceipt receipt() const noexcept override;
+
   /// A command with the drives' bit clear. The drives that go off for it are no fault.
   [[nodiscard]] std::size_t release(std::uint64_t tick,
                                     std::span<std::uint8_t> report) noexcept override;
@@ -79,6 +82,7 @@ class ReferenceDriver final : public Driver {
   [[nodiscard]] std::size_t send(ReferenceCommand& command, std::uint64_t tick,
                                  std::span<std::uint8_t> report) noexcept;
   void follow_refusals(const ReferenceReport& report) noexcept;
+  void follow_acceptance(const ReferenceReport& report) noexcept;
   void forget() noexcept;
 
   ReferenceSettings settings_;
@@ -100,6 +104,9 @@ class ReferenceDriver final : public Driver {
   bool refused_ = false;
   std::uint32_t refused_at_ = 0;  ///< accepted_sequence when it last refused
   std::uint32_t rejected_ = 0;    ///< commands, by the last report
+  std::uint32_t accepted_ = 0;    ///< sequence of the command accepted last
+  std::uint32_t unanswered_ = 0;  ///< CommandReceipt::unanswered
+  bool drives_on_ = false;        ///< by the last report
   unsigned behind_ = 0;           ///< reports in a row that are older than the last one taken ...
   std::uint32_t behind_at_ = 0;   ///< ... and advance, up to this
 };

@@ -2,8 +2,11 @@
 #include "hal/local/local_link.hpp"
 
 #include <algorithm>
+#include <exception>
+#include <utility>
 
 #include "hal/clock/servo_clock.hpp"
+#include "hal/usb/usb_text.hpp"
 
 namespace haptic::hal {
 namespace {
@@ -43,8 +46,14 @@ LocalLink::LocalLink(Driver& driver, const DeviceMailbox& mailbox, LocalPeer& pe
 LocalLink::~LocalLink() { close(); }
 
 std::string LocalLink::trouble() const {
-  const HalStatus status = status_.load();
-  return status == HalStatus::kOk ? "" : std::string(peer_.name()) + ": " + to_text(status);
+  const std::lock_guard lock(trouble_mutex_);
+  return trouble_;
+}
+
+void LocalLink::tell(HalStatus why, std::string text) {
+  status_ = why;
+  const std::lock_guard lock(trouble_mutex_);
+  trouble_ = std::move(text);
 }
 
 std::span<std::uint8_t> LocalLink::out_bytes() noexcept {
@@ -58,21 +67,33 @@ SendOutcome LocalLink::send(std::size_t bytes) noexcept {
   return SendOutcome::kSent;
 }
 
-HalStatus LocalLink::connect() noexcept {
-  if (const HalStatus plugged = peer_.plug(monotonic_ns()); plugged != HalStatus::kOk)
-    return plugged;
+HalStatus LocalLink::connect() {
+  const HalStatus plugged = peer_.plug(monotonic_ns());
+  if (plugged == HalStatus::kOk) return start_reports();
+  tell(plugged, named(plugged));
+  return plugged;
+}
+
+HalStatus LocalLink::start_reports() {
   flow_.begin_start();
   Port port(*this);
-  const HalStatus started = driver_.start(port);
+  HalStatus started = driver_.start(port);
+  std::string text = named(started);
+  if (started == HalStatus::kOk) {
+    text = flow_.defect(0);
+    if (!text.empty()) started = HalStatus::kNotAccepted;
+  }
   if (started != HalStatus::kOk) {
     peer_.unplug();
     flow_.end(false, started);
+    tell(started, std::move(text));
     return started;
   }
   busy_ = false;
   connected_ = true;
   flow_watch_.tell(true);
   flow_.begin_reports();
+  tell(HalStatus::kOk, flow_.is_other_device() ? other_device_text(flow_.stated()) : "");
   return HalStatus::kOk;
 }
 
@@ -81,23 +102,42 @@ HalStatus LocalLink::poll(std::int64_t timeout_ns) noexcept {
     serve(cancelled_.load() ? 0 : timeout_ns);
     if (peer_.gone()) lose();
   } else if (!cancelled_.load()) {
-    const std::int64_t now = monotonic_ns();
-    if (now >= next_try_ns_) {
-      status_.store(connect());
-      next_try_ns_ = now + settings_.retry_ns;
-    }
-    if (!connected_) (void)sleep_until(monotonic_ns() + timeout_ns);
+    look_for_peer(timeout_ns);
   }
-  return status_.load();
+  return status_;
+}
+
+void LocalLink::look_for_peer(std::int64_t timeout_ns) noexcept {
+  const std::int64_t now = monotonic_ns();
+  try {
+    if (now >= next_try_ns_) {
+      next_try_ns_ = now + settings_.retry_ns;
+      (void)connect();
+    }
+  } catch (const std::exception&) {  // texts made while connecting
+    connected_ = false;
+    peer_.unplug();
+    flow_.end(false, HalStatus::kNoMemory);
+    status_ = HalStatus::kNoMemory;
+  }
+  if (!connected_) (void)sleep_until(monotonic_ns() + timeout_ns);
+}
+
+std::string LocalLink::named(HalStatus status) const {
+  return status == HalStatus::kOk ? "" : std::string(peer_.name()) + ": " + to_text(status);
 }
 
 void LocalLink::lose() noexcept {
   connected_ = false;
-  status_.store(HalStatus::kDeviceGone);
-  flow_.end(true, HalStatus::kDeviceGone);
+  status_ = HalStatus::kDeviceGone;
+  flow_.end(true, HalStatus::kDeviceGone);  // first of all: the servo thread waits for it
   flow_watch_.tell(false);
   peer_.unplug();
   next_try_ns_ = monotonic_ns() + settings_.retry_ns;
+  try {
+    tell(HalStatus::kDeviceGone, named(HalStatus::kDeviceGone));
+  } catch (const std::exception&) {  // no memory for a text
+  }
 }
 
 void LocalLink::serve(std::int64_t timeout_ns) noexcept {
@@ -109,9 +149,10 @@ void LocalLink::serve(std::int64_t timeout_ns) noexcept {
     busy_ = false;
     flow_.on_out_end(true);
   }
-  const std::size_t size = peer_.report(monotonic_ns(), in_);
+  std::int64_t sampled_ns = monotonic_ns();
+  const std::size_t size = peer_.report(sampled_ns, in_, sampled_ns);
   if (size > 0) {
-    flow_.on_report(std::span(in_).first(size));
+    flow_.on_report(std::span(in_).first(size), sampled_ns);
     flow_.on_report_done();
   }
   flow_.turn();

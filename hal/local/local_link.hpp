@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// A link without a bus: driver, report flow and output guard as over USB, but the bytes go to a
-/// peer: in the same process, or behind a socket (socket_peer.hpp). For trying out a loop on a
-/// machine without the device; what a bus does to transfers - loss, stalls, unplugging - does not
-/// happen here.
+/// peer: in the same process, for trying out a loop without a device, or in another one
+/// (process_peer.hpp), which is where every device that is no USB packet device comes in. What a
+/// bus does to transfers - loss, stalls - does not happen here.
 
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <mutex>
 #include <string>
 
 #include "hal/device_link.hpp"
@@ -16,8 +17,9 @@
 
 namespace haptic::hal {
 
-/// Owner: the link's thread. Reports arrive when they are due by the peer; a command is with the
-/// peer at once and counts as delivered at the next turn. Allocates nothing while reports flow.
+/// Owner: the link's thread. Reports arrive when they are due by the peer; a command takes the
+/// place of the one before at once, so that the peer never has an older one in front of it.
+/// Allocates nothing while reports flow.
 class LocalLink final : public DeviceLink, private ReportTransfers {
  public:
   /// Driver, mailbox and peer outlive the link. Of `settings`, the address means nothing.
@@ -35,6 +37,7 @@ class LocalLink final : public DeviceLink, private ReportTransfers {
   void use_mailbox(const DeviceMailbox& mailbox) noexcept override { flow_.use_mailbox(mailbox); }
   void emergency_stop() noexcept override { flow_.emergency_stop(); }
   [[nodiscard]] LinkState state() const noexcept override { return flow_.state(); }
+  [[nodiscard]] HeldWrench held() const noexcept override { return flow_.held(); }
   [[nodiscard]] LinkCounters counters() const noexcept override {
     return snapshot(flow_.counters());
   }
@@ -51,7 +54,11 @@ class LocalLink final : public DeviceLink, private ReportTransfers {
   [[nodiscard]] bool lost() const noexcept override { return peer_.gone(); }
   [[nodiscard]] ZeroCommand zero_target() const noexcept override;
 
-  [[nodiscard]] HalStatus connect() noexcept;
+  [[nodiscard]] HalStatus connect();
+  [[nodiscard]] HalStatus start_reports();
+  void tell(HalStatus why, std::string text);
+  [[nodiscard]] std::string named(HalStatus status) const;
+  void look_for_peer(std::int64_t timeout_ns) noexcept;
   void serve(std::int64_t timeout_ns) noexcept;
   void lose() noexcept;
 
@@ -62,7 +69,9 @@ class LocalLink final : public DeviceLink, private ReportTransfers {
   std::array<std::uint8_t, kMaxReportBytes> in_{}, out_{};
   bool connected_ = false, busy_ = false;
   std::int64_t next_try_ns_ = 0;
-  std::atomic<HalStatus> status_{HalStatus::kDeviceNotFound};
+  HalStatus status_ = HalStatus::kDeviceNotFound;
+  mutable std::mutex trouble_mutex_;  ///< never taken while reports flow
+  std::string trouble_;
   std::atomic<bool> cancelled_{false};
 };
 

@@ -12,7 +12,7 @@
 namespace haptic::hal {
 
 /// Owner: the link's thread, which makes every call. Times are those of the monotonic clock [ns].
-/// Nothing but `control` may allocate or block.
+/// Nothing but `plug` and `control` may allocate or block.
 class LocalPeer {
  public:
   virtual ~LocalPeer() = default;
@@ -23,8 +23,10 @@ class LocalPeer {
                             std::size_t& moved) noexcept = 0;
   /// When the next report is due.
   [[nodiscard]] virtual std::int64_t next_report_ns() const noexcept = 0;
-  /// Writes the newest report that is due and returns its length; 0: none is.
-  virtual std::size_t report(std::int64_t now_ns, std::span<std::uint8_t> bytes) noexcept = 0;
+  /// Writes the newest report that is due and returns its length; 0: none is. `sampled_ns`: when
+  /// the device made it, by its own word; it comes in as `now_ns`.
+  virtual std::size_t report(std::int64_t now_ns, std::span<std::uint8_t> bytes,
+                             std::int64_t& sampled_ns) noexcept = 0;
   /// A report from the host.
   virtual void command(std::int64_t now_ns, std::span<const std::uint8_t> bytes) noexcept = 0;
 

@@ -37,6 +37,7 @@ constexpr BitText kDeviceTexts[] = {
     {kLinkOtherDevice, "the device that came back states other capabilities"},
     {kLinkStopCalled, "an emergency stop was called"},
     {kLinkSuspended, "the machine was suspended"},
+    {kLinkDeaf, "the device accepts no commands"},
 };
 
 constexpr std::array kLinkTexts = {"absent", "starting", "ready"};

@@ -6,7 +6,8 @@
 namespace haptic::hal {
 
 void LinkFaults::begin(std::int64_t now_ns) noexcept {
-  set_present(kLinkLost | kLinkSilent | kLinkCorrupt | kLinkFrozen | kLinkSendFailed, false);
+  set_present(kLinkLost | kLinkSilent | kLinkCorrupt | kLinkFrozen | kLinkSendFailed | kLinkDeaf,
+              false);
   heard_ns_ = now_ns;
   corrupt_ = frozen_ = 0;
 }

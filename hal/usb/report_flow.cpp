@@ -3,6 +3,8 @@
 
 #include <sched.h>
 
+#include <algorithm>
+
 #include "hal/clock/servo_clock.hpp"
 #include "hal/device_limits.hpp"
 
@@ -17,6 +19,9 @@ constexpr int kMostAnswerLooks = 100'000;
 // Sends in a row that may fail before the servo thread is informed: a single one is made good by
 // the next.
 constexpr unsigned kMostLostSends = 3;
+
+// Reports in a row by which a device has accepted no command: it does not listen.
+constexpr std::uint32_t kMostUnanswered = 10;
 
 // The clocks are not read at one instant; a machine sleeps for longer than a thread is held up
 // between two reads.
@@ -135,6 +140,7 @@ void ReportFlow::begin_reports() noexcept {
   guard_.hold_back(command_);
   faults_.begin(now);
   take_limits();
+  sent_.begin();
   driven_ns_ = now - period_ns_;  // a device in lock-step says nothing before it is spoken to
   timed_ = true;
   owed_ = resting_ = zero_delivered_ = releasing_ = at_rest_ = false;
@@ -154,6 +160,8 @@ void ReportFlow::end(bool lost, HalStatus why) noexcept {
   }
   if (zero_held_) settings_.zero_holder->release();
   zero_held_ = false;
+  sent_.begin();
+  tell_held({});
   state_.link = LinkState::kAbsent;
   state_.twist_valid = false;
   state_.faults = 0;
@@ -164,23 +172,48 @@ void ReportFlow::end(bool lost, HalStatus why) noexcept {
 
 void ReportFlow::on_report(std::span<const std::uint8_t> bytes) noexcept {
   const std::int64_t now = now_ns();
-  verdict_ = driver_.read(bytes, now, state_);
+  take_report(bytes, now, now);
+}
+
+void ReportFlow::on_report(std::span<const std::uint8_t> bytes, std::int64_t sampled_ns) noexcept {
+  const std::int64_t now = now_ns();
+  take_report(bytes, now, std::min(std::max(sampled_ns, state_.stamp_ns), now));
+}
+
+void ReportFlow::take_report(std::span<const std::uint8_t> bytes, std::int64_t now_ns,
+                             std::int64_t stamp_ns) noexcept {
+  verdict_ = driver_.read(bytes, stamp_ns, state_);
   count_verdict(counters_, verdict_);
-  faults_.note(verdict_, now);
+  faults_.note(verdict_, stamp_ns);
   follow_switches();
   if (verdict_ == ReportVerdict::kState) {
+    const CommandReceipt receipt = driver_.receipt();
+    faults_.set_present(kLinkDeaf, receipt.unanswered >= kMostUnanswered);
+    sent_.told(receipt);
+    tell_held(sent_.held());
     state_.sequence = ++sequence_;
-    state_.stamp_ns = now;
+    state_.stamp_ns = stamp_ns;
     publish(true);
   } else {
     publish_changes();
   }
   note({.kind = LinkEventKind::kReport,
         .code = static_cast<std::uint8_t>(verdict_),
-        .stamp_ns = now,
+        .stamp_ns = now_ns,
         .number = sequence_,
         .bytes = bytes});
-  if (observer_ != nullptr) observer_->on_report(now, bytes, verdict_, sequence_);
+  if (observer_ != nullptr) observer_->on_report(now_ns, bytes, verdict_, sequence_);
+}
+
+void ReportFlow::tell_held(const HeldWrench& held) noexcept {
+  held_force_n_.store(held.force_n, std::memory_order_relaxed);
+  held_torque_nm_.store(held.torque_nm, std::memory_order_relaxed);
+}
+
+std::string ReportFlow::defect(std::int64_t bus_interval_ns) const {
+  DeviceCapabilities stated = driver_.capabilities();
+  stated.bus_interval_ns = bus_interval_ns;
+  return settings_.accept ? settings_.accept(stated) : std::string();
 }
 
 void ReportFlow::on_report_done() noexcept {
@@ -266,6 +299,8 @@ bool ReportFlow::send(std::int64_t now_ns, const GuardedOutput& output) noexcept
   out_since_ns_ = now_ns;
   out_zero_ = is_zero(output.wrench_d);
   guard_.delivered(delivered_d);
+  sent_.sent(delivered_d, driver_.receipt());
+  tell_held(sent_.held());
   state_.accepted_d = record_of(delivered_d);
   state_.accepted_tick = output.tick;
   note({.kind = LinkEventKind::kSend,

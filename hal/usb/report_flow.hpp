@@ -6,11 +6,13 @@
 #include <atomic>
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "hal/drivers/driver.hpp"
 #include "hal/usb/link_faults.hpp"
 #include "hal/usb/output_guard.hpp"
 #include "hal/usb/report_transfers.hpp"
+#include "hal/usb/sent_wrenches.hpp"
 #include "hal/usb/usb_link.hpp"
 
 namespace haptic::hal {
@@ -52,6 +54,15 @@ class ReportFlow final : public TransferSink {
   void use_mailbox(const DeviceMailbox& mailbox) noexcept {
     next_mailbox_.store(&mailbox, std::memory_order_release);
   }
+  /// Why the device that its driver has started may not be used, by LinkSettings::accept; empty: it
+  /// may. Before begin_reports, of every carrier. `bus_interval_ns`: as of
+  /// DeviceCapabilities. May allocate.
+  [[nodiscard]] std::string defect(std::int64_t bus_interval_ns) const;
+  /// As DeviceLink::held, from any thread: nothing where no device is connected.
+  [[nodiscard]] HeldWrench held() const noexcept {
+    return {held_force_n_.load(std::memory_order_relaxed),
+            held_torque_nm_.load(std::memory_order_relaxed)};
+  }
   /// Capabilities that the device of the last connection stated.
   [[nodiscard]] const DeviceCapabilities& stated() const noexcept { return stated_; }
   /// True if the device of the connection before stated others.
@@ -60,6 +71,10 @@ class ReportFlow final : public TransferSink {
   [[nodiscard]] LinkCounters& counters() noexcept { return counters_; }
 
   void on_report(std::span<const std::uint8_t> bytes) noexcept override;
+  /// The same of a report whose device says when it was sampled, by this machine's clock. What is
+  /// not between the stamp before and now is taken for the nearer of them; how old it is the servo
+  /// thread sees, and one that is never new makes a silent link.
+  void on_report(std::span<const std::uint8_t> bytes, std::int64_t sampled_ns) noexcept;
   void on_report_done() noexcept override;
   void on_out_end(bool delivered) noexcept override;
 
@@ -82,6 +97,9 @@ class ReportFlow final : public TransferSink {
   void follow_switches() noexcept;
   void fill_silence(std::int64_t now_ns) noexcept;
   void release() noexcept;
+  void take_report(std::span<const std::uint8_t> bytes, std::int64_t now_ns,
+                   std::int64_t stamp_ns) noexcept;
+  void tell_held(const HeldWrench& held) noexcept;
   [[nodiscard]] std::int64_t slept_ns() const noexcept;
   void publish(bool with_report, HalStatus why = HalStatus::kOk) noexcept;
   void publish_changes() noexcept;
@@ -105,6 +123,7 @@ class ReportFlow final : public TransferSink {
   DeviceCapabilities stated_;
   std::uint32_t connection_ = 0;  ///< counts them
   bool other_device_ = false;
+  SentWrenches sent_;
   std::uint64_t sequence_ = 0;
   ReportVerdict verdict_ = ReportVerdict::kNothing;
   std::int64_t driven_ns_ = 0, out_since_ns_ = 0, servo_lost_ns_ = 0;
@@ -120,6 +139,7 @@ class ReportFlow final : public TransferSink {
   std::atomic<bool> stop_called_{false};
   std::atomic<bool> servo_lost_{false};
   std::atomic<LinkState> link_{LinkState::kAbsent};
+  std::atomic<double> held_force_n_{0}, held_torque_nm_{0};
 };
 
 }  // namespace haptic::hal

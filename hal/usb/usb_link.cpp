@@ -150,6 +150,7 @@ void UsbLink::use_mailbox(const DeviceMailbox& mailbox) noexcept {
   inside_->flow.use_mailbox(mailbox);
 }
 LinkState UsbLink::state() const noexcept { return inside_->flow.state(); }
+HeldWrench UsbLink::held() const noexcept { return inside_->flow.held(); }
 LinkCounters UsbLink::counters() const noexcept { return snapshot(inside_->flow.counters()); }
 
 std::string UsbLink::trouble() const {
@@ -241,9 +242,7 @@ HalStatus UsbLink::Inside::start_reports() {
     tell(started, usb_trouble(connection.name(), UsbAction::kStart, 0, started));
     return started;
   }
-  DeviceCapabilities stated = driver.capabilities();
-  stated.bus_interval_ns = connection.in().interval_ns;
-  std::string defect = settings.accept ? settings.accept(stated) : std::string();
+  std::string defect = flow.defect(connection.in().interval_ns);
   if (!defect.empty()) {
     tell(HalStatus::kNotAccepted, std::move(defect));
     return HalStatus::kNotAccepted;

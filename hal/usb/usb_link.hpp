@@ -118,6 +118,7 @@ class UsbLink final : public DeviceLink {
   void use_mailbox(const DeviceMailbox& mailbox) noexcept override;
 
   [[nodiscard]] LinkState state() const noexcept override;
+  [[nodiscard]] HeldWrench held() const noexcept override;
   [[nodiscard]] LinkCounters counters() const noexcept override;
   /// Text of the last trouble with libusb's code and what to do, for people; not for the loop.
   [[nodiscard]] std::string trouble() const override;

@@ -30,7 +30,8 @@ hal::HalStatus ReferencePeer::control(const hal::ControlRequest& request,
   return hal::HalStatus::kOk;
 }
 
-std::size_t ReferencePeer::report(std::int64_t now_ns, std::span<std::uint8_t> bytes) noexcept {
+std::size_t ReferencePeer::report(std::int64_t now_ns, std::span<std::uint8_t> bytes,
+                                  std::int64_t& /*sampled_ns*/) noexcept {
   if (now_ns < due_ns_ || bytes.size() < hal::kReferenceReportBytes) return 0;
   for (int k = 0; k < kMostPeriods && due_ns_ <= now_ns; ++k) {
     model_.advance();

@@ -22,7 +22,8 @@ class ReferencePeer final : public hal::LocalPeer {
   hal::HalStatus control(const hal::ControlRequest& request, std::span<std::uint8_t> bytes,
                          std::size_t& moved) noexcept override;
   [[nodiscard]] std::int64_t next_report_ns() const noexcept override { return due_ns_; }
-  std::size_t report(std::int64_t now_ns, std::span<std::uint8_t> bytes) noexcept override;
+  std::size_t report(std::int64_t now_ns, std::span<std::uint8_t> bytes,
+                     std::int64_t& sampled_ns) noexcept override;
   void command(std::int64_t now_ns, std::span<const std::uint8_t> bytes) noexcept override;
   void unplug() noexcept override;
 

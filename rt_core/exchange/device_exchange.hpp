@@ -36,7 +36,8 @@ enum DeviceFault : std::uint32_t {
   kLinkSendFailed = 1u << 22,    ///< commands can not be handed to the bus
   kLinkOtherDevice = 1u << 23,   ///< the device that came back states other capabilities
   kLinkStopCalled = 1u << 24,    ///< an emergency stop by call, on the device side
-  kLinkSuspended = 1u << 25      ///< the machine slept: what is known is older than its stamps say
+  kLinkSuspended = 1u << 25,     ///< the machine slept: what is known is older than its stamps say
+  kLinkDeaf = 1u << 26           ///< reports come, and by them the device accepts no command
 };
 
 /// Pose, twist and wrench as plain numbers: what crosses threads and processes is trivially

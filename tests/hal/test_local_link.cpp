@@ -34,7 +34,8 @@ class StillPeer final : public LocalPeer {
     return HalStatus::kOk;
   }
   [[nodiscard]] std::int64_t next_report_ns() const noexcept override { return due_ns_; }
-  std::size_t report(std::int64_t now_ns, std::span<std::uint8_t> bytes) noexcept override {
+  std::size_t report(std::int64_t now_ns, std::span<std::uint8_t> bytes,
+                     std::int64_t& /*sampled_ns*/) noexcept override {
     if (now_ns < due_ns_) return 0;
     due_ns_ = now_ns + kPeriod_ns;
     ReferenceReport r;

@@ -26,6 +26,7 @@ using namespace haptic::hal;
 namespace {
 
 constexpr int kKeeperPatience_ms = 20'000;
+constexpr std::size_t kHead = 1 + kZeroStampBytes;
 
 struct Wire {
   Wire() { REQUIRE(socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) == 0); }
@@ -118,9 +119,13 @@ TEST_SUITE("hal.zero_keeper") {
     const std::int64_t killed_ns = monotonic_ns();
     guardian.signal(SIGKILL);
     const std::vector<std::uint8_t> sent = wire.next(kKeeperPatience_ms);
-    REQUIRE(sent.size() == command.size + 1);
-    CHECK(sent[0] == static_cast<std::uint8_t>(SocketMessage::kOut));
-    for (std::size_t k = 0; k < command.size; ++k) CHECK(sent[k + 1] == command.bytes[k]);
+    REQUIRE(sent.size() == command.size + kHead);
+    CHECK(sent[0] == static_cast<std::uint8_t>(SocketMessage::kZero));
+    std::int64_t stamp_ns = 0;
+    for (std::size_t k = kZeroStampBytes; k > 0; --k) stamp_ns = stamp_ns << 8 | sent[k];
+    CHECK(stamp_ns >= killed_ns);  // what was commanded before is void
+    CHECK(stamp_ns <= monotonic_ns());
+    for (std::size_t k = 0; k < command.size; ++k) CHECK(sent[k + kHead] == command.bytes[k]);
     MESSAGE("zero ", 1e-6 * static_cast<double>(monotonic_ns() - killed_ns), " ms after SIGKILL");
     while (!wire.next(kKeeperPatience_ms).empty()) {
     }
@@ -135,7 +140,7 @@ TEST_SUITE("hal.zero_keeper") {
       return raise(SIGSEGV);
     }) == 0);
     CHECK(guardian.finish(kKeeperPatience_ms).signal == SIGSEGV);
-    CHECK(wire.next(kKeeperPatience_ms).size() == kFalconPacketBytes + 1);
+    CHECK(wire.next(kKeeperPatience_ms).size() == kFalconPacketBytes + kHead);
   }
 
   TEST_CASE(

@@ -84,6 +84,9 @@ TEST_SUITE("host_sim.process_matrix") {
         {ProcessVictim::kZeroKeeper, "SIGKILL"},
         {ProcessVictim::kTerminal, "closed"},
         {ProcessVictim::kSecondDevice, "takes its place"},
+        {ProcessVictim::kDevice, "deaf for 5 ms"},
+        {ProcessVictim::kDevice, "deaf for 300 ms"},
+        {ProcessVictim::kDevice, "deaf for 450 ms while the guardian gets SIGKILL"},
         {ProcessVictim::kLogReader, "stops reading, then SIGTERM"}};
     ProcessMatrixOptions options;
     options.quick = true;

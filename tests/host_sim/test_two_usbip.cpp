@@ -60,7 +60,8 @@ class UsbipHost final : public hal::LocalPeer {
   [[nodiscard]] std::int64_t next_report_ns() const noexcept override {
     return due_ ? 0 : std::numeric_limits<std::int64_t>::max();
   }
-  std::size_t report(std::int64_t /*now_ns*/, std::span<std::uint8_t> bytes) noexcept override {
+  std::size_t report(std::int64_t /*now_ns*/, std::span<std::uint8_t> bytes,
+                     std::int64_t& /*sampled_ns*/) noexcept override {
     if (!std::exchange(due_, false)) return 0;
     client_->submit_in(kInNumber, static_cast<std::uint32_t>(bytes.size()));
     const std::optional<UsbipAnswer> answer = client_->receive();

@@ -70,7 +70,7 @@ void RunLine::make_link(const hal::DeviceMailbox& mailbox, hal::ZeroHolder& keep
         SimulatedPeerSettings{config_.loop.period_ns, device_.servo.switches.deadman}, hand_);
     link_ = std::make_unique<hal::LocalLink>(driver, mailbox, *peer_, settings);
   } else if (!device_.socket_path.empty()) {
-    socket_ = std::make_unique<hal::SocketPeer>(device_.socket_path);
+    socket_ = std::make_unique<hal::ProcessPeer>(device_.socket_path);
     link_ = std::make_unique<hal::LocalLink>(driver, mailbox, *socket_, settings);
   } else {
     link_ = std::make_unique<hal::UsbLink>(driver, mailbox, settings);
@@ -82,8 +82,10 @@ RunStatus RunLine::status(double t_s, std::int64_t silence_ns, const ServoBoard&
   RunStatus s;
   s.device = config_.has_two() ? static_cast<unsigned>(number_) + 1 : 0;
   s.t_s = t_s;
-  s.force_n = bus_.force_n();
-  s.torque_nm = bus_.torque_nm();
+  // Never less than the device has, where it is behind what it was handed.
+  const hal::HeldWrench held = link_->held();
+  s.force_n = std::max(bus_.force_n(), held.force_n);
+  s.torque_nm = std::max(bus_.torque_nm(), held.torque_nm);
   s.link_faults = bus_.faults();
   s.silence_ns = silence_ns;
   s.servo = status_of(board, number_);

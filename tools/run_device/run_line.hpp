@@ -10,7 +10,7 @@
 
 #include "hal/device_link.hpp"
 #include "hal/input/key_switch.hpp"
-#include "hal/local/socket_peer.hpp"
+#include "hal/local/process_peer.hpp"
 #include "hal/zero_command.hpp"
 #include "tools/run_device/device_fit.hpp"
 #include "tools/run_device/device_run.hpp"
@@ -73,7 +73,7 @@ class RunLine {
   RunEvents events_;
   PressingHand hand_;  ///< of the peer
   std::unique_ptr<SimulatedPeer> peer_;
-  std::unique_ptr<hal::SocketPeer> socket_;
+  std::unique_ptr<hal::ProcessPeer> socket_;
   std::unique_ptr<hal::KeySwitch> deadman_;
   SafetyLimits limits_;             ///< the configuration's, lowered as the machine is not fit
   std::optional<DeviceGate> gate_;  ///< made with the link

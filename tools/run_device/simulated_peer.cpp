@@ -110,7 +110,8 @@ void SimulatedPeer::pass_period() noexcept {
   counters_.watchdog_cuts += 1;
 }
 
-std::size_t SimulatedPeer::report(std::int64_t now_ns, std::span<std::uint8_t> bytes) noexcept {
+std::size_t SimulatedPeer::report(std::int64_t now_ns, std::span<std::uint8_t> bytes,
+                                  std::int64_t& /*sampled_ns*/) noexcept {
   if (now_ns < due_ns_ || bytes.size() < hal::kReferenceReportBytes) return 0;
   for (int k = 0; k < kMostPeriods && due_ns_ <= now_ns; ++k) {
     pass_period();

@@ -124,7 +124,7 @@ constexpr FaultRule kRules[] = {
     {"stall in 100", kTransfers, Out::kRampsToZero, kFaultStaleState | kGone, kUnfed, kStale_ms,
      kReconnected},
     {"stall out 1", kOneMissed, Out::kUnchanged, 0, 0, 0, kNothing},
-    {"stall out 100", kSends, Out::kCut, kGone, kUnfed | kLinkSendFailed, kWatchdog_ms,
+    {"stall out 100", kSends, Out::kCut, kGone, kUnfed | kLinkSendFailed | kLinkDeaf, kWatchdog_ms,
      kReconnected},
     {"babble 1", kOneMissed, Out::kUnchanged, 0, 0, 0, kNothing},
     {"babble 100", kTransfers, Out::kRampsToZero, kFaultStaleState | kGone, kUnfed, kStale_ms,
@@ -133,16 +133,16 @@ constexpr FaultRule kRules[] = {
     {"bus error in 100", kTransfers, Out::kRampsToZero, kFaultStaleState | kGone, kUnfed, kStale_ms,
      kReconnected},
     {"bus error out 1", kOneMissed, Out::kUnchanged, 0, 0, 0, kNothing},
-    {"bus error out 100", kSends, Out::kCut, kGone, kUnfed | kLinkSendFailed, kWatchdog_ms,
-     kReconnected},
+    {"bus error out 100", kSends, Out::kCut, kGone, kUnfed | kLinkSendFailed | kLinkDeaf,
+     kWatchdog_ms, kReconnected},
     {"submit refused in 1", kOneMissed, Out::kUnchanged, 0, 0, 0, kNothing},
     {"submit refused in 100", kTransfers, Out::kRampsToZero, kFaultStaleState | kGone, kUnfed,
      kStale_ms + 3, kReconnected},  // first those that are queued already
     {"submit refused out 1", kOneMissed, Out::kUnchanged, 0, 0, 0, kNothing},
-    {"submit refused out 100", kSends, Out::kCut, kGone, kUnfed | kLinkSendFailed, kWatchdog_ms,
-     kReconnected},
+    {"submit refused out 100", kSends, Out::kCut, kGone, kUnfed | kLinkSendFailed | kLinkDeaf,
+     kWatchdog_ms, kReconnected},
     {"out never taken", "a send in flight for longer than silence_ns", Out::kCut, kGone,
-     kUnfed | kLinkSendFailed, kWatchdog_ms, kReconnected},
+     kUnfed | kLinkSendFailed | kLinkDeaf, kWatchdog_ms, kReconnected},
     {"short 1", kOneMissed, Out::kUnchanged, 0, 0, 0, kNothing},
     {"short 10", "five bad reports in a row; age of the state", Out::kRampsToZero,
      kFaultStaleState | kFaultDevice, kLinkCorrupt, kStale_ms, kGoodReport},
@@ -177,8 +177,8 @@ constexpr FaultRule kRules[] = {
      kLinkSuspended, 0, kNothing},
     {"firmware restarted", "five reports that advance behind the last one", Out::kCut, kFaultDevice,
      kDeviceDriveFault, 0, kGoodReport},
-    {"device deaf", "the device's watchdog; its report", Out::kCut, kFaultDevice,
-     kDeviceWatchdogCut, kWatchdog_ms, "a command that it hears"},
+    {"device deaf", "ten reports by which it has accepted nothing; its own watchdog", Out::kCut,
+     kFaultDevice, kDeviceWatchdogCut | kLinkDeaf, kWatchdog_ms, "a command that it hears"},
     {"overheated", "the device's report", Out::kRampsToZero, kFaultDevice, kDeviceOverheated, 0,
      "the device"},
     {"drive fault", "the device; its report", Out::kCut, kFaultDevice, kDeviceDriveFault, 0,
@@ -233,7 +233,8 @@ constexpr std::pair<std::uint32_t, const char*> kDeviceNames[] = {
     {kLinkSendFailed, "kLinkSendFailed"},
     {kLinkOtherDevice, "kLinkOtherDevice"},
     {kLinkStopCalled, "kLinkStopCalled"},
-    {kLinkSuspended, "kLinkSuspended"}};
+    {kLinkSuspended, "kLinkSuspended"},
+    {kLinkDeaf, "kLinkDeaf"}};
 
 std::string names_of(std::uint32_t faults, Names names) {
   std::string text;

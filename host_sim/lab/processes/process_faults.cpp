@@ -61,6 +61,12 @@ constexpr ProcessFault kFaults[] = {
     {"starts", V::kSecondProgram, C::kStart, 0, O::kGoesOn, -1, "", kNoCrash},
     {"takes its place", V::kSecondDevice, C::kReplace, 0, O::kZeroAtOnce, -1, "the device is away",
      kNoCrash},
+    {"deaf for 5 ms", V::kDevice, C::kDeaf, 5, O::kGoesOn, -1, "", kNoCrash},
+    {"deaf for 20 ms", V::kDevice, C::kDeaf, 20, O::kZeroAtOnce, -1, "", kNoCrash},
+    {"deaf for 300 ms", V::kDevice, C::kDeaf, 300, O::kZeroAtOnce, -1, "", kNoCrash},
+    {"deaf for 1500 ms", V::kDevice, C::kDeaf, 1500, O::kZeroAtOnce, -1, "", kNoCrash},
+    {"deaf for 450 ms while the guardian gets SIGKILL", V::kDevice, C::kDeafThenKill, 450,
+     O::kZeroAtOnce, 128 + SIGKILL},
 };
 
 }  // namespace
@@ -73,8 +79,8 @@ const char* to_text(OperatorState state) {
 
 const char* to_text(ProcessVictim victim) {
   constexpr const char* kTexts[] = {
-      "servo",       "spare",    "servo and spare", "guardian",       "zero-keeper",
-      "whole group", "terminal", "log reader",      "second program", "second device"};
+      "servo",    "spare",      "servo and spare", "guardian",      "zero-keeper",   "whole group",
+      "terminal", "log reader", "second program",  "second device", "device process"};
   return kTexts[static_cast<std::size_t>(victim)];
 }
 

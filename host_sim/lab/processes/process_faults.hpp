@@ -31,7 +31,8 @@ enum class ProcessVictim : std::uint8_t {
   kTerminal,
   kLogReader,
   kSecondProgram,
-  kSecondDevice
+  kSecondDevice,
+  kDevice  ///< the process that serves it
 };
 [[nodiscard]] const char* to_text(ProcessVictim victim);
 
@@ -42,7 +43,9 @@ enum class ProcessCause : std::uint8_t {
   kClose,        ///< the reader's end is closed
   kStopReading,  ///< nobody reads any more; then SIGTERM
   kStart,        ///< another run_device on the same device
-  kReplace       ///< the device is unplugged, another of 0.2 N is plugged in
+  kReplace,      ///< the device is unplugged, another of 0.2 N is plugged in
+  kDeaf,         ///< it looks at no command for ProcessFault::number ms, and goes on reporting
+  kDeafThenKill  ///< the same, and the guardian is killed on the way
 };
 
 /// What the device is handed from then on.

@@ -277,6 +277,18 @@ void ProcessPlay::harm(ProcessVerdict& verdict) {
     case ProcessCause::kReplace:
       device_.replace(device_settings(kOtherProcessDevice_n));
       break;
+    case ProcessCause::kDeaf:
+      device_.be_deaf(true);
+      sleep_ms(fault.number);
+      device_.be_deaf(false);
+      break;
+    case ProcessCause::kDeafThenKill:
+      device_.be_deaf(true);
+      sleep_ms(fault.number / 5);
+      (void)program_->signal(ProgramPart::kGuardian, SIGKILL);
+      sleep_ms(fault.number - fault.number / 5);
+      device_.be_deaf(false);
+      break;
   }
 }
 

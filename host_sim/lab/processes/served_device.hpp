@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The reference device with a hand on it, in real time behind a Unix socket (hal/socket_message),
-/// so that the process which holds it can be killed, stopped and spoiled while the device goes on.
-/// What came over the wire and what acted on the hand are written down here, and nowhere else.
+/// The reference device with a hand on it, in real time in a process of its own for all that its
+/// host knows (hal/local/device_port.hpp), so that the process which holds it can be killed,
+/// stopped and spoiled while the device goes on. What came over the wire and what acted on the hand
+/// are written down here, and nowhere else.
 
 #include <atomic>
 #include <cstdint>
@@ -12,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "hal/local/device_port.hpp"
 #include "host_sim/device/reference_model.hpp"
 
 namespace haptic::sim {
@@ -21,7 +23,8 @@ struct WireCommand {
   std::int64_t stamp_ns = 0;  ///< when it came
   Load wrench;
   bool drives_on = false;
-  unsigned host = 0;  ///< 1: the first that connected
+  unsigned host = 0;       ///< 1: the first that connected
+  std::uint32_t tick = 0;  ///< that it was made in
 };
 
 /// A period of the device.
@@ -40,17 +43,19 @@ struct WireRecord {
 };
 
 /// Owner: one thread, which is not the one that it makes for the device.
-class ServedDevice {
+class ServedDevice final : private hal::PortDevice {
  public:
   /// Listens at `path`, which is replaced. @throws std::system_error  it cannot.
-  ServedDevice(std::string path, const ReferenceModelSettings& settings);
-  ~ServedDevice();
+  ServedDevice(const std::string& path, const ReferenceModelSettings& settings);
+  ~ServedDevice() override;
   ServedDevice(const ServedDevice&) = delete;
   ServedDevice& operator=(const ServedDevice&) = delete;
 
   /// The hand moves its target towards `height_m` at 0.2 m/s and holds these switches.
   void hold(double height_m, std::uint32_t switches);
   void press_emergency_stop(bool pressed);
+  /// It goes on reporting and looks at no command until this is taken back: its host is deaf to it.
+  void be_deaf(bool deaf);
   /// The cable is pulled; in its place another device is plugged in, at rest where this one was.
   void replace(const ReferenceModelSettings& settings);
 
@@ -62,22 +67,23 @@ class ServedDevice {
 
  private:
   void serve();
-  void take_host();
-  void drop_host();
-  void read_host();
-  void answer(std::span<const std::uint8_t> request);
+  void begin() override {}
+  [[nodiscard]] std::ptrdiff_t control(const hal::ControlRequest& request,
+                                       std::span<const std::uint8_t> data,
+                                       std::span<std::uint8_t> room) override;
+  void command(std::span<const std::uint8_t> bytes) override;
+  void end() override { handed_n_ = 0; }
   void pass_period(std::int64_t due_ns);
   [[nodiscard]] HandAction hand();
 
-  std::string path_;
   mutable std::mutex mutex_;  ///< of all below
   std::unique_ptr<ReferenceModel> model_;
   WireRecord record_;
   double height_m_ = 0, wanted_m_ = 0;
   std::uint32_t switches_ = 0;
   double handed_n_ = 0;
-  unsigned hosts_ = 0, refused_ = 0;
-  int listener_ = -1, host_ = -1;
+  hal::DevicePort port_;
+  bool deaf_ = false;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };
