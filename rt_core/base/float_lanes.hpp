@@ -65,7 +65,7 @@ inline FloatLanes where_below(const FloatLanes& l, const FloatLanes& r, const Fl
 
 }  // namespace each_lane
 
-#if defined(__SSE2__)
+#if defined(__SSE2__) || defined(__wasm_simd128__)
 
 /// In registers of four.
 namespace four_lanes {
@@ -90,15 +90,31 @@ inline FloatLanes operator-(const FloatLanes& l, const FloatLanes& r) noexcept {
 inline FloatLanes operator*(const FloatLanes& l, const FloatLanes& r) noexcept {
   return {l.low * r.low, l.high * r.high};
 }
+#if defined(__SSE2__)
+inline Four smaller_of(const Four& l, const Four& r) noexcept { return __builtin_ia32_minps(l, r); }
+inline Four larger_of(const Four& l, const Four& r) noexcept { return __builtin_ia32_maxps(l, r); }
+inline int signs_of(const Four& x) noexcept { return __builtin_ia32_movmskps(x); }
+#else  // WebAssembly's take the second where it is smaller, larger
+inline Four smaller_of(const Four& l, const Four& r) noexcept {
+  return __builtin_wasm_pmin_f32x4(r, l);
+}
+inline Four larger_of(const Four& l, const Four& r) noexcept {
+  return __builtin_wasm_pmax_f32x4(r, l);
+}
+inline int signs_of(const Four& x) noexcept {
+  using Words = int __attribute__((vector_size(16)));
+  return static_cast<int>(__builtin_wasm_bitmask_i32x4(std::bit_cast<Words>(x)));
+}
+#endif
 inline FloatLanes smaller(const FloatLanes& l, const FloatLanes& r) noexcept {
-  return {__builtin_ia32_minps(l.low, r.low), __builtin_ia32_minps(l.high, r.high)};
+  return {smaller_of(l.low, r.low), smaller_of(l.high, r.high)};
 }
 inline FloatLanes larger(const FloatLanes& l, const FloatLanes& r) noexcept {
-  return {__builtin_ia32_maxps(l.low, r.low), __builtin_ia32_maxps(l.high, r.high)};
+  return {larger_of(l.low, r.low), larger_of(l.high, r.high)};
 }
 inline std::uint32_t lanes_below(const FloatLanes& l, const FloatLanes& r) noexcept {
   const auto bits = [](const auto& below) {
-    return static_cast<std::uint32_t>(__builtin_ia32_movmskps(std::bit_cast<Four>(below)));
+    return static_cast<std::uint32_t>(signs_of(std::bit_cast<Four>(below)));
   };
   return bits(l.low < r.low) | bits(l.high < r.high) << 4;
 }
@@ -168,7 +184,7 @@ inline FloatLanes where_below(const FloatLanes& l, const FloatLanes& r, const Fl
 
 #endif
 
-#if defined(__SSE2__)
+#if defined(__SSE2__) || defined(__wasm_simd128__)
 using namespace four_lanes;
 #else
 using namespace each_lane;

@@ -159,6 +159,9 @@ void FacetTree::build(std::span<const StaticFacet> facets,
       nodes_[at].child[k] = 0;
       if (in.empty()) continue;
       if (in.size() <= kFloatLanes) {  // they begin at a multiple of eight
+        // The split says which they are, and the library of C++ in which order.
+        std::make_heap(order_.data() + part.begin, order_.data() + part.end);
+        std::sort_heap(order_.data() + part.begin, order_.data() + part.end);
         fill_leaf(leaves_[part.begin / kFloatLanes], in, set);
         nodes_[at].child[k] = kTreeLeaf | part.begin / kFloatLanes;
         continue;

@@ -7,7 +7,7 @@
 namespace haptic {
 namespace any_processor {
 
-#if defined(__SSE2__)
+#if defined(__SSE2__) || defined(__wasm_simd128__)
 using four_lanes::all_lanes;
 using four_lanes::FloatLanes;
 using four_lanes::lanes_below;

@@ -509,6 +509,11 @@ void NearPairs::finish(double odometer_m) noexcept {
     pair.changed = false;
     if (pair.pinned) pair.listed = used_.number;
   }
+  // Where a heap leaves its elements is up to the library of C++.
+  if (next_.refining || next_.found.size() == next_.found.capacity()) {
+    std::make_heap(next_.found.begin(), next_.found.end(), is_nearer);
+    std::sort_heap(next_.found.begin(), next_.found.end(), is_nearer);
+  }
   fill_table();
   std::uint32_t others = 0;  // pairs that have no slot yet come first
   for (const Found& found : next_.found) {

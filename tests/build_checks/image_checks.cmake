@@ -47,7 +47,7 @@ file(CONFIGURE OUTPUT ${device_scene} @ONLY
 set(images ${CMAKE_CURRENT_BINARY_DIR})
 haptic_motion_ticks(tetrahedron ${scenes}/tetrahedron_on_box/motion.toml)
 haptic_add_scene_image(image_tetrahedron FREESTANDING SCENE ${scenes}/tetrahedron_on_box/scene.toml
-  MOTION ${images}/tetrahedron.ticks BUDGET CODE 217088 STATE 65536 STACK ${HAPTIC_RT_STACK_BYTES})
+  MOTION ${images}/tetrahedron.ticks BUDGET CODE 221184 STATE 65536 STACK ${HAPTIC_RT_STACK_BYTES})
 haptic_general_program(general_tetrahedron ${images}/image_tetrahedron_image/scene.rtscene 1048576
   ${images}/tetrahedron.ticks)
 # Another motion: other bits.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The wrench that a device may have now, against a device that accepts commands late, never, or in jumps.
+// The wrench that a device may have now, against a device that accepts commands late, never, or in
+// jumps.
 #include <doctest/doctest.h>
 
 #include <algorithm>

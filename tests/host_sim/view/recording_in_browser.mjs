@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// recording_in_browser.mjs PACKAGES BROWSER RECORDED RUN STACK PLAYED [PICTURES]: the page of a recorded session as a person
+// recording_in_browser.mjs PACKAGES BROWSER RECORDED RUN STACK PLAYED THREAD [PICTURES]: the page of a recorded session as a person
 // uses it. PACKAGES: folder with playwright-core; RECORDED: page of the square peg and its motion; RUN: that of a closed loop;
-// STACK, PLAYED: those of a device with its bus, as it ran and as its record was played.
+// STACK, PLAYED: those of a device with its bus, as it ran and as its record was played; THREAD: that of a nut of facets.
 // Exit code 1 where something is not as it should be.
 import assert from "node:assert/strict";
 import { mkdtempSync, readFileSync, writeFileSync } from "node:fs";
@@ -12,7 +12,7 @@ import {
   feltAt, heldAt, kChosen, kContact, kForce, kPatience, kTypeB, lamp, Pages, pixelsAbove, pixelsNear, seek, settledLamp, situation,
 } from "./browser_page.mjs";
 
-const [packages, executablePath, recorded, run, stack, played, pictures] = process.argv.slice(2);
+const [packages, executablePath, recorded, run, stack, played, thread, pictures] = process.argv.slice(2);
 const kTicks = 14601;
 const folder = mkdtempSync(join(tmpdir(), "haptic_page_"));
 const pages = await Pages.start(packages, executablePath, pictures);
@@ -38,6 +38,13 @@ function changed(file, id, byte) {
 }
 
 const cases = {
+  async "facets screened eight at a time: every tick equal"() {
+    const page = await pages.open(thread);
+    await settledLamp(page);
+    assert.equal(await lamp(page), "green");
+    assert.match(await page.innerText("#lamp"), /all \d+ ticks equal, bit for bit/);
+    await pages.close(page);
+  },
   async "the recording: lamp green, words and pictures of its ticks"() {
     const page = await pages.open(recorded);
     await settledLamp(page);

@@ -14,6 +14,13 @@ const kPicture_ms = 15;
 const kUrgent_ms = 7;
 /** Ticks that may be made up for at once; the rest is lost and shows as pace below 1. */
 const kMostLate = 60;
+/** Ticks that take longer are not made up for: the picture comes first, and the pace says what was lost. */
+const kTurn_ms = 20;
+/** While ticks run, C-space and graph take one part of the time in so many: where many facets are near they take longer than
+ * a picture, and the part is drawn meanwhile. */
+const kSpaceShare = 6;
+/** Over so long the pace is an average. */
+const kPaceOver_ms = 1000;
 const kCheckedAtOnce = 400;
 const kMostObstacles = 8;
 const kMostNodes = 20000;
@@ -22,6 +29,9 @@ const kMostSavedBytes = 64 * 2 ** 20;
 
 const post = (message: FromWorker) =>
   (self as unknown as { postMessage(message: FromWorker): void }).postMessage(message);
+
+/** The near C-obstacles and their graph, in a picture. */
+type Described = Pick<Picture, "obstacles" | "contacts" | "graph">;
 
 /** A stamp of 0 is none: the clock of the driven parts begins there. */
 const kTick_ns = 1_000_000n;
@@ -66,6 +76,9 @@ class Runner {
   private last = performance.now();
   private owed = 0;
   private pace = 1;
+  private lastDescribed: Described | undefined;
+  private describedAt = 0;
+  private describedIn = 0;
   private pictured = 0;
   private dirty = true;
   /** the hand has moved: the tick that follows it is shown at once */
@@ -475,13 +488,32 @@ class Runner {
     this.last = now;
     if (this.runs()) {
       this.owed += passed;
-      const due = Math.min(Math.floor(this.owed), kMostLate);
-      const lost = Math.max(0, Math.floor(this.owed) - due);
-      this.owed -= due + lost;
-      if (due + lost > 0) this.pace += 0.02 * (due / (due + lost) - this.pace);
-      for (let k = 0; k < due && this.runs(); ++k) this.advance(k === due - 1);
+      const asked = Math.floor(this.owed);
+      const due = Math.min(asked, kMostLate);
+      this.owed -= asked;
+      let made = 0;
+      for (let isLast = false; made < due && !isLast && this.runs(); ++made) {
+        isLast = made === due - 1 || performance.now() - now > kTurn_ms;
+        this.advance(isLast);
+      }
+      if (asked > 0) this.pace += Math.min(1, asked / kPaceOver_ms) * (made / asked - this.pace);
     }
     this.showNewest(now);
+  }
+
+  /** C-obstacles, contacts and graph: of now, or where they take long of a moment ago. */
+  private described(): Described {
+    const begin = performance.now();
+    const isRecent = begin - this.describedAt < (kSpaceShare - 1) * this.describedIn;
+    if (this.lastDescribed && isRecent && this.runs() && !this.cut) return this.lastDescribed;
+    this.lastDescribed = {
+      obstacles: this.core.describe("obstacles", kMostObstacles, kMostNodes),
+      contacts: this.core.describe("contacts"),
+      graph: this.core.describe("graph", kMostGraphNodes),
+    };
+    this.describedAt = performance.now();
+    this.describedIn = this.describedAt - begin;
+    return this.lastDescribed;
   }
 
   private showNewest(now: number): void {
@@ -581,9 +613,7 @@ class Runner {
       verdict: this.recordedVerdict && this.mode !== "hand" ? this.recordedVerdict : this.core.verdict(),
       feltPlanes: result.felt_planes,
       driven: this.drivenNow(),
-      obstacles: this.core.describe("obstacles", kMostObstacles, kMostNodes),
-      contacts: this.core.describe("contacts"),
-      graph: this.core.describe("graph", kMostGraphNodes),
+      ...this.described(),
       marked: this.selected
         ? this.core.describe("marked", this.selected.pair, this.selected.node)
         : { numbers: new Float64Array(), counts: new Uint32Array() },
