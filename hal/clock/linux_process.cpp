@@ -130,4 +130,14 @@ std::array<StepGrant, 4> start_realtime_thread(const ThreadSettings& settings) n
           StepGrant{StartStep::kPriority, raise, priority_error}};
 }
 
+SignalsHeld::SignalsHeld() noexcept {
+  sigset_t held;
+  sigfillset(&held);
+  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP})
+    sigdelset(&held, number);
+  (void)pthread_sigmask(SIG_BLOCK, &held, &before_);
+}
+
+SignalsHeld::~SignalsHeld() { (void)pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
 }  // namespace haptic::hal

@@ -6,6 +6,7 @@
 /// that is refused changes nothing.
 
 #include <array>
+#include <csignal>
 #include <cstddef>
 #include <cstdint>
 
@@ -117,5 +118,19 @@ class RealtimeProcess {
 /// To be called by the thread itself, before its loop. The priority comes last: what is slow is
 /// done before this thread can hold up others.
 std::array<StepGrant, 4> start_realtime_thread(const ThreadSettings& settings) noexcept;
+
+/// While it lives the threads that are made block every signal but those of errors of their own
+/// (SEGV, BUS, FPE, ILL, ABRT, SYS, TRAP): a handler of the program that they belong to never runs
+/// on a real-time thread, at its priority. Owner: the thread that makes them.
+class SignalsHeld {
+ public:
+  SignalsHeld() noexcept;
+  ~SignalsHeld();
+  SignalsHeld(const SignalsHeld&) = delete;
+  SignalsHeld& operator=(const SignalsHeld&) = delete;
+
+ private:
+  sigset_t before_{};
+};
 
 }  // namespace haptic::hal

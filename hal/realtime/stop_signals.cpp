@@ -61,7 +61,15 @@ int StopSignals::take() noexcept {
     return refused;
   }
   for (const int number : kIgnored) ignore(number);
+  struct sigaction told {};
+  told.sa_handler = SIG_DFL;
+  sigaction(SIGCHLD, &told, nullptr);
   return 0;
+}
+
+void block_stop_signals() noexcept {
+  const sigset_t set = stops();
+  (void)pthread_sigmask(SIG_BLOCK, &set, nullptr);
 }
 
 void StopSignals::give_back() noexcept {

@@ -22,7 +22,8 @@ class StopSignals {
 
   /// From now on HUP, INT, QUIT, TERM, USR1, USR2, ALRM, VTALRM, PROF, XCPU, IO, PWR, STKFLT, TSTP
   /// and the real-time signals are read from descriptor(); PIPE, TTIN, TTOU and XFSZ are ignored:
-  /// the call that caused them says so. @return 0 or an errno.
+  /// the call that caused them says so. CHLD is as the system has it at first, for a caller that
+  /// ignored it would keep from us how a child ended. @return 0 or an errno.
   int take() noexcept;
   /// As before `take`; what has come since is dropped.
   void give_back() noexcept;
@@ -35,6 +36,11 @@ class StopSignals {
   int descriptor_ = -1;  ///< signalfd
   sigset_t mask_before_{};
 };
+
+/// Blocks for good the signals that StopSignals reads, in this thread and those that it makes: for
+/// a program that has more to write once its processes have ended, and that ends then. A second
+/// signal does not cost it its report.
+void block_stop_signals() noexcept;
 
 /// In a servo process: everything that the holder reads is ignored. A signal to a whole group is
 /// the holder's to follow, and who has been asked to stop ends as it says.

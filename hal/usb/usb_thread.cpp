@@ -28,7 +28,10 @@ UsbThreadGrant UsbThread::start() noexcept {
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
   (void)pthread_attr_setstacksize(&attributes, settings_.prefault_bytes + kStackReserve);
-  grant_.create_error = pthread_create(&thread_, &attributes, entry, this);
+  {
+    const SignalsHeld held;
+    grant_.create_error = pthread_create(&thread_, &attributes, entry, this);
+  }
   pthread_attr_destroy(&attributes);
   if (grant_.create_error != 0) return grant_;
   started_ = true;

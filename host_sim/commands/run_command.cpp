@@ -35,6 +35,7 @@
 #include "host_sim/view/core_tape.hpp"
 #include "host_sim/view/loop_ticks.hpp"
 #include "host_sim/view/mcap_file.hpp"
+#include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/formatted.hpp"
@@ -335,7 +336,7 @@ Command add_run_command(CLI::App& program) {
   app->add_option("--hand", o->hand, "none, loose, light (default) or firm")
       ->check(CLI::IsMember(hand_names()));
   app->add_option("--rate", o->rate_hz, "rate of the loop [Hz]; default: the scene's")
-      ->check(CLI::Range(10.0, 20000.0));
+      ->check(tools::number_within(10.0, 20000.0));
   app->add_option("--delay", o->delay, "samples between a pose and its wrench; default: device's")
       ->check(CLI::Range(0u, kMaxDelaySamples));
   app->add_option("--device", o->device, "device model (TOML); default: the scene's [device]");

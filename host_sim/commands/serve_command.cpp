@@ -14,6 +14,7 @@
 #include "host_sim/session/tick_csv.hpp"
 #include "host_sim/view/gallery.hpp"
 #include "host_sim/view/loop_ticks.hpp"
+#include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
 #include "tools/live/live_session.hpp"
 #include "tools/verdict/session_judge.hpp"
@@ -135,7 +136,7 @@ Command add_serve_command(CLI::App& program) {
       ->required();
   tools::add_serve_options(*app, o->serve);
   app->add_option("--seconds", o->seconds, "then end; default: when this is stopped")
-      ->check(CLI::Range(0.01, 1.0e9));
+      ->check(tools::number_within(0.01, 1.0e9));
   app->add_option("--hand", o->hand, "loose, light (default) or firm")
       ->check(CLI::IsMember({"loose", "light", "firm"}));
   app->add_option("--device", o->device, "device model (TOML); default: the scene's [device]");

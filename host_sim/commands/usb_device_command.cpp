@@ -25,6 +25,7 @@
 #include "host_sim/device/usbip_carrier.hpp"
 #include "host_sim/device/vhci_port.hpp"
 #include "host_sim/report/part_report.hpp"
+#include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
@@ -207,10 +208,10 @@ Command add_usb_device_command(CLI::App& program) {
       "usb-device",
       "Plugs the reference device, with a hand on it, into this machine's virtual USB controller.");
   app->add_option("--seconds", o->seconds, "then unplug it; default: when this is stopped (^C)")
-      ->check(CLI::Range(0.01, 1.0e6));
+      ->check(tools::number_within(0.01, 1.0e6));
   app->add_option("--rate", o->rate_hz,
                   "reports per second, at most what high-speed USB carries, 8000; default 1000")
-      ->check(CLI::Range(10.0, 8000.0));
+      ->check(tools::number_within(10.0, 8000.0));
   app->add_option("--faults", o->faults, "script of faults (TOML)");
   app->add_option("--hand", o->hand, "none, loose, light (default) or firm")
       ->check(CLI::IsMember(hand_names()));
@@ -223,7 +224,7 @@ Command add_usb_device_command(CLI::App& program) {
                   "motion script (TOML), of the handle, or of the part where a scene is given");
   app->add_option("--regrip", o->regrip_s,
                   "the deadman switch is released for 0.1 s every so many seconds; default 2")
-      ->check(CLI::Range(0.2, 1.0e6));
+      ->check(tools::number_within(0.2, 1.0e6));
   app->add_option(
          "--priority", o->priority,
          "SCHED_FIFO priority of the device and of the kernel's threads for it, below those "

@@ -10,6 +10,7 @@
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/view/gallery.hpp"
 #include "host_sim/view/recorded_ticks.hpp"
+#include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/live/page_file.hpp"
@@ -83,7 +84,7 @@ Command add_view_command(CLI::App& program) {
   app->add_option("--html", o->html, "HTML file to write; of the gallery: NAME.html by default");
   app->add_option("--seconds", o->seconds,
                   "record the begin of the motion alone; default: all of it")
-      ->check(CLI::Range(0.001, 3600.0));
+      ->check(tools::number_within(0.001, 3600.0));
   app->final_callback([list, scene] {
     if (list->count() == 0 && scene->count() == 0)
       throw tools::UsageError("scene is required: a compiled scene, or a number of the gallery");

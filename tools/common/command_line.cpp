@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdio>
 #include <string_view>
 
@@ -179,6 +180,17 @@ CLI::Validator positive_number() {
                    : "'" + word + "' is no positive number";
       },
       "> 0");
+}
+
+CLI::Validator number_within(double least, double most) {
+  const CLI::Range range(least, most);
+  CLI::Validator within = range;
+  within.operation([range](std::string& word) {
+    double value = 0;
+    const bool is_number = CLI::detail::lexical_cast(word, value) && !std::isnan(value);
+    return is_number ? range(word) : "'" + word + "' is no number";
+  });
+  return within;
 }
 
 CLI::Validator number_not_negative() {

@@ -48,6 +48,8 @@ inline constexpr const char* kCommonExitCodes =
 /// Checks of numbers whose messages a person reads.
 [[nodiscard]] CLI::Validator positive_number();
 [[nodiscard]] CLI::Validator number_not_negative();
+/// CLI::Range, and nan is no number in it.
+[[nodiscard]] CLI::Validator number_within(double least, double most);
 
 /// An option whose value is one of `choices`, by name.
 template <typename T>

@@ -38,6 +38,9 @@ int check_open(const haptic_session* session) noexcept {
   return session->loop.closed() ? HAPTIC_ERROR_CLOSED : HAPTIC_OK;
 }
 
+/// Memory that the history of a session may take.
+constexpr std::size_t kMostHistoryBytes = std::size_t{1} << 30;
+
 int check_options(const haptic_session_options* options) noexcept {
   if (const int error = check_structure(options); error != HAPTIC_OK) return error;
   if (options->device == nullptr) return HAPTIC_ERROR_NULL;
@@ -72,6 +75,10 @@ int haptic_session_open(const void* scene, size_t scene_bytes,
     if (!is_within(rate_hz, 50, 10'000)) return HAPTIC_ERROR_NUMBER;
     settings.period_ns = std::llround(1e9 / rate_hz);
     settings.history_s = options->history_s;
+    // One recorder for each device, written to at once so that no tick meets a new page.
+    if (FlightRecorder::bytes_for(static_cast<std::size_t>(settings.history_s * rate_hz)) >
+        kMostHistoryBytes / settings.devices)
+      return HAPTIC_ERROR_NUMBER;
     settings.priority = options->priority;
     settings.hold = static_cast<haptic_hold>(options->hold);
     auto opened = std::make_unique<haptic_session>(aligned.span(), settings);

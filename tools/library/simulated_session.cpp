@@ -122,6 +122,7 @@ void SimulatedSession::make_loop() {
 int SimulatedSession::start() {
   opened_ns_ = hal::monotonic_ns();
   try {
+    const hal::SignalsHeld held;
     servo_ = std::thread([this] {
       hal::ThreadSettings thread;
       thread.priority = settings_.priority;

@@ -299,6 +299,8 @@ void read_switches(const Tables& tables, HandDevice& config) {
     t->fail("deadman", "is 0, so that nothing would ever arm; give the mask of a switch");
   if ((switches.deadman & switches.clutch) != 0)
     t->fail("clutch", "shares a switch with deadman; give each its own");
+  if (((switches.deadman | switches.clutch) & switches.emergency_stop) != 0)
+    t->fail("emergency_stop", "shares a switch with deadman or clutch; give each its own");
   if (has_input) switches.deadman |= hal::kInputSwitch;
 }
 

@@ -139,6 +139,7 @@ void Run::give_up_rights() {
 }
 
 void Run::fork_servo() {
+  hal::block_stop_signals();  // for good: a second one does not cost the report
   const int error =
       guardian_.start([this](const hal::ServoSeat& seat) { return serve(config_, scene_, seat); });
   if (error != 0)

@@ -17,6 +17,7 @@
 #include "hal/realtime/deploy_text.hpp"
 #include "hal/realtime/doctor.hpp"
 #include "hal/usb/usb_link.hpp"
+#include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
@@ -223,18 +224,18 @@ Command add_doctor_command(CLI::App& program) {
   app->add_option("--device", o->device, "VID:PID[:SERIAL] of the device to look for")
       ->check(CLI::Validator(check_device, "VID:PID[:SERIAL]"));
   app->add_option("--rate", o->rate_hz, "of the loop [Hz]; default 1000")
-      ->check(CLI::Range(1.0, 20000.0));
+      ->check(number_within(1.0, 20000.0));
   app->add_option("--cpu", o->cpus, "cores of the servo thread and of the USB thread")
       ->delimiter(',')
       ->expected(1, 2)
       ->check(CLI::Range(0, 65535));
   auto* no_measure = app->add_flag("--no-measure", o->no_measure, "do not measure wake-ups");
   app->add_option("--seconds", o->seconds, "to measure wake-ups for; default 2")
-      ->check(CLI::Range(0.01, 86400.0))
+      ->check(number_within(0.01, 86400.0))
       ->excludes(no_measure);
   app->add_option("--limit-us", o->limit_us,
                   "latest wake-up that passes [us]; default a quarter of the period")
-      ->check(CLI::Range(1.0, 1.0e6));
+      ->check(number_within(1.0, 1.0e6));
   app->add_flag("--culprit", o->culprit,
                 "where wake-ups fail, let rtla name who is late (root, half a minute)")
       ->excludes(no_measure);

@@ -15,6 +15,7 @@
 
 #include "hal/realtime/flight_report.hpp"
 #include "hal/realtime/process_hardening.hpp"
+#include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
@@ -210,7 +211,7 @@ Command add_run_command(CLI::App& program) {
   app->add_option("config", o->config, "TOML: scene, device or two, loop, workspace, limits")
       ->required();
   app->add_option("--seconds", o->length.seconds, "end after this long; default: never")
-      ->check(CLI::Range(0.01, 1.0e9));
+      ->check(number_within(0.01, 1.0e9));
   app->add_option("--ticks", o->length.ticks,
                   "end after so many from the first armed one on, and count and time these alone; "
                   "default: all are counted")
@@ -225,7 +226,7 @@ Command add_run_command(CLI::App& program) {
       ->check(CLI::Validator(check_driver, "DRIVER"));
   app->add_option("--status-every", o->status_every_s,
                   "seconds between two status lines, on a terminal or with --json; default 1")
-      ->check(CLI::Range(0.01, 3600.0));
+      ->check(number_within(0.01, 3600.0));
   app->add_flag("--allow-degraded", o->allow_degraded,
                 "run without what the machine does not grant, or although it wakes the loop too "
                 "late; a device with motors then gets half of its force and torque or less");

@@ -195,7 +195,7 @@ int main(int argc, char** argv) {
       "folder for the pieces pushed apart, for any viewer: exploded.obj, exploded.mtl");
   app.add_option("--explode-factor", arguments.explode_factor,
                  "how far: share of a piece's way from the middle of its part (default 0.6)")
-      ->check(CLI::Range(0.0, 100.0))
+      ->check(haptic::tools::number_within(0.0, 100.0))
       ->needs(explode);
   CLI::Option* cspace =
       app.add_option("--cspace", arguments.cspace,

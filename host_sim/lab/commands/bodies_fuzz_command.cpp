@@ -6,6 +6,7 @@
 #include "host_sim/lab/bodies_fuzz/bodies_cases.hpp"
 #include "host_sim/lab/commands/campaign_command.hpp"
 #include "host_sim/lab/commands/lab_commands.hpp"
+#include "tools/common/command_line.hpp"
 
 namespace haptic::sim {
 
@@ -33,7 +34,7 @@ Command add_bodies_fuzz_command(CLI::App& program) {
   CLI::Option* friction = app->add_option_function<double>(
                                  "--friction", [o](double mu) { o->size.frictions = {mu}; },
                                  "Coulomb coefficient (default: 0 and 0.3)")
-                              ->check(CLI::Range(0.0, 2.0));
+                              ->check(tools::number_within(0.0, 2.0));
   app->add_option("--scene", o->size.scene,
                   "compiled scene (.rtscene) whose parts move at once, in place of the cases: its "
                   "roles, springs, drivers and loose parts")

@@ -8,6 +8,7 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/growth/growth_study.hpp"
 #include "host_sim/report/part_report.hpp"
+#include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
@@ -46,7 +47,7 @@ Command add_growth_command(CLI::App& program) {
   app->add_flag("--quick", o->quick, "small parts, for tests");
   app->add_option("--most-exponent", o->most_exponent,
                   "power of the size that the time may grow with (default 2.5)")
-      ->check(CLI::Range(0.0, 10.0));
+      ->check(tools::number_within(0.0, 10.0));
   app->footer(
       "Combs with 100 to 1000 reflex edges as solids, spheres of 10 000 to 1 000 000 facets as\n"
       "surfaces, each with a box above. graph_compiler must lie next to this program. About two\n"

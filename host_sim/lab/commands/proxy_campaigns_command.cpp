@@ -8,6 +8,7 @@
 #include "host_sim/lab/proxy_fuzz/flight.hpp"
 #include "host_sim/lab/proxy_fuzz/hold_campaign.hpp"
 #include "host_sim/lab/proxy_fuzz/proxy_campaign.hpp"
+#include "tools/common/command_line.hpp"
 
 namespace haptic::sim {
 namespace {
@@ -52,7 +53,7 @@ Command add_proxy_fuzz_command(CLI::App& program) {
   app->add_option_function<double>(
          "--friction", [o](double mu) { o->size.frictions = {mu}; },
          "Coulomb coefficient (default: 0 and 0.3)")
-      ->check(CLI::Range(0.0, 2.0));
+      ->check(tools::number_within(0.0, 2.0));
   app->add_flag("--budgets", o->size.budgets,
                 "a budget of work for every scene, 50 to 10000 units, and a rest after every run");
   return command_of(app, words, o, run_proxy_fuzz, proxy_fuzz_end);

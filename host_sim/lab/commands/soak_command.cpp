@@ -13,6 +13,7 @@
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/moving_parts.hpp"
 #include "host_sim/timing/heap_interposer.hpp"
+#include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
@@ -112,9 +113,9 @@ Command add_soak_command(CLI::App& program) {
   app->add_option("scene,--scene", o->scene,
                   "compiled scene (.rtscene); default: the cube on a wall of the fault matrix");
   app->add_option("--minutes", o->soak.minutes, "of the device's time; default 10")
-      ->check(CLI::Range(0.1, 100000.0));
+      ->check(tools::number_within(0.1, 100000.0));
   app->add_option("--every", o->soak.every_s, "seconds from fault to fault; default 5")
-      ->check(CLI::Range(3.0, 3600.0));
+      ->check(tools::number_within(3.0, 3600.0));
   app->add_flag("--virtual", o->soak.virtual_time,
                 "in one thread and the device's own time: the same bits each time");
   app->add_option("-o,--out", o->out,

@@ -13,6 +13,7 @@
 #include "host_sim/lab/strangers/part_studies.hpp"
 #include "host_sim/lab/strangers/stranger_campaign.hpp"
 #include "host_sim/report/campaign_text.hpp"
+#include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
@@ -112,7 +113,7 @@ Command add_strangers_command(CLI::App& program) {
       ->delimiter(',')
       ->check(CLI::IsMember({"loose", "light", "firm"}));
   app->add_option("--friction", trial.friction, "of a second scene (default 0.2; 0: none)")
-      ->check(CLI::Range(0.0, 2.0));
+      ->check(tools::number_within(0.0, 2.0));
   app->add_flag("--short", trial.is_short, "the hand's motion and the open air alone");
   app->add_flag(
       "--full", trial.full,

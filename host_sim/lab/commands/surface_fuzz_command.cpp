@@ -6,6 +6,7 @@
 #include "host_sim/lab/commands/lab_commands.hpp"
 #include "host_sim/lab/surface_fuzz/surface_campaign.hpp"
 #include "host_sim/lab/surface_fuzz/surface_comparison.hpp"
+#include "tools/common/command_line.hpp"
 
 namespace haptic::sim {
 
@@ -40,7 +41,7 @@ Command add_surface_fuzz_command(CLI::App& program) {
   app->add_option_function<double>(
          "--friction", [o](double mu) { o->size.frictions = {mu}; },
          "Coulomb coefficient (default: 0 and 0.3)")
-      ->check(CLI::Range(0.0, 2.0))
+      ->check(tools::number_within(0.0, 2.0))
       ->excludes(scene);
   tools::add_choice(
       *app, "--as", o->size.as, {{"solid", PartKind::kSolid}, {"surface", PartKind::kSurface}},

@@ -15,6 +15,7 @@
 #include "host_sim/lab/wcet/wcet_report.hpp"
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/moving_parts.hpp"
+#include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
@@ -126,7 +127,7 @@ Command add_wcet_command(CLI::App& program) {
   CLI::Option* quick = app->add_flag("--quick", o->quick, "short motion and search, fewer ticks");
   CLI::Option* seconds = app->add_option("--seconds", o->search.seconds,
                                          "length of the adversarial search (default 10)")
-                             ->check(CLI::Range(0.1, 1e6))
+                             ->check(tools::number_within(0.1, 1e6))
                              ->excludes(quick);
   app->add_option("--evaluations", o->search.evaluations,
                   "motions that each climb of the search tries, instead of a length")

@@ -325,6 +325,8 @@ void sessions_wrong(Answers& answers) {
     open_with([&](auto& o) { o.rate_hz = bad; }, HAPTIC_ERROR_NUMBER);
     open_with([&](auto& o) { o.history_s = bad; }, HAPTIC_ERROR_NUMBER);
   }
+  // More than a gigabyte of ticks.
+  open_with([](auto& o) { o.history_s = 3600, o.rate_hz = 10'000; }, HAPTIC_ERROR_NUMBER);
   REQUIRE(haptic_session_open(scene.data(), scene.size(), &good, &session) == HAPTIC_OK);
   haptic_state state = HAPTIC_STATE_INIT;
   haptic_hand_goal goal = HAPTIC_HAND_GOAL_INIT;

@@ -48,6 +48,8 @@ class RunningProgram {
     const int out = open(out_.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
     const int err = open(err_.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
     if (dup2(out, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0) _exit(126);
+    // As a caller leaves it that does not wait for its children.
+    (void)std::signal(SIGCHLD, SIG_IGN);
     // The list ends with the first null.
     execl(HAPTIC_RUN_DEVICE, "run_device", "run", bench.config.c_str(), "--json", "--status-every",
           "0.05", "--seconds", "60",

@@ -122,6 +122,20 @@ TEST_SUITE("tools.run_device.end") {
     }
   }
 
+  TEST_CASE("signals that go on while it ends cost it neither its report nor its exit code") {
+    const Bench bench;
+    const Ended ended = run_until(bench, presses, [](pid_t pid) {
+      for (int k = 0; k < 400; ++k) {
+        signal_process(pid, k % 2 == 0 ? SIGINT : SIGTERM);
+        std::this_thread::sleep_for(std::chrono::microseconds(500));
+      }
+    });
+    CHECK(ended.exit_code == 0);
+    REQUIRE_FALSE(ended.lines.empty());
+    CHECK(ended.lines.back()["kind"] == "summary");
+    CHECK(ended.lines.back()["ending"]["last_force_n"] == 0.0);
+  }
+
   TEST_CASE("a key on the terminal while the hand presses: zero, latched, and the run goes on") {
     const Bench bench;
     const int user = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);

@@ -140,12 +140,14 @@ TEST_SUITE("tools.run_device") {
     CHECK(run_program(HAPTIC_RUN_DEVICE, "").exit_code == 2);
     for (const char* arguments :
          {"--nonsense", "--device 1209", "--device g:1", "--rate 0", "--rate fast", "--cpu a",
-          "--cpu -1", "--cpu 1,2,3", "--print passwd", "--seconds 1 --no-measure"}) {
+          "--cpu -1", "--cpu 1,2,3", "--print passwd", "--seconds 1 --no-measure", "--seconds nan",
+          "--rate nan", "--limit-us -nan"}) {
       CAPTURE(arguments);
       const ProgramResult r = doctor(arguments);
       CHECK(r.exit_code == 2);
       CHECK(r.out.empty());
     }
+    CHECK(run_program(HAPTIC_RUN_DEVICE, "run absent.toml --seconds nan").exit_code == 2);
     CHECK(doctor("--help").exit_code == 0);
     CHECK(run_program(HAPTIC_RUN_DEVICE, "--version").exit_code == 0);
   }

@@ -14,6 +14,7 @@
 #include "host_sim/report/part_report.hpp"
 #include "host_sim/session/core_session.hpp"
 #include "host_sim/session/moving_parts.hpp"
+#include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 
@@ -236,11 +237,11 @@ Command add_rates_command(CLI::App& program) {
   app->add_option("scene,--scene", o->scene, "compiled scene (.rtscene)")->required();
   app->add_option("--seconds", o->question.seconds,
                   "of each rate on each path, and as long of the machine alone; default 5")
-      ->check(CLI::Range(1.0, 3600.0));
+      ->check(tools::number_within(1.0, 3600.0));
   app->add_option("--rates", o->question.rates_hz,
                   "Hz, ascending; default 1000,2000,4000,8000,10000")
       ->delimiter(',')
-      ->check(CLI::Range(100.0, 10000.0));
+      ->check(tools::number_within(100.0, 10000.0));
   app->add_option("-o,--out", o->out, "folder for rates.json");
   auto* error = app->add_flag("--error", o->error,
                               "also the error of force and torque of the scene's passes at each "
