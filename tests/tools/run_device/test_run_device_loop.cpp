@@ -194,7 +194,7 @@ TEST_SUITE("tools.run_device.loop") {
         {5, "[limits]\nzero_speed_m_per_s = 0.5\n", "not above full_speed_m_per_s"},
         {5, "[switches]\ndeadman = 0\n", "nothing would ever arm"},
         {6, "[switches]\ndeadman = 2\nclutch = 2\n", "shares a switch"},
-        {6, "[switches]\ndeadman = 2\nemergency_stop = 6\n", "shares a switch with deadman or"},
+        {6, "[switches]\ndeadman = 1\nemergency_stop = 5\n", "shares a switch with deadman or"},
         {5, "[recorder]\nflight_seconds = 0\n", "flight_seconds"},
         {5, "[loop]\nrate_hz = \n", "TOML"}};
     for (const Row& row : rows) {
