@@ -35,8 +35,9 @@ class StillPeer final : public LocalPeer {
   }
   [[nodiscard]] std::int64_t next_report_ns() const noexcept override { return due_ns_; }
   std::size_t report(std::int64_t now_ns, std::span<std::uint8_t> bytes,
-                     std::int64_t& /*sampled_ns*/) noexcept override {
+                     std::int64_t& sampled_ns) noexcept override {
     if (now_ns < due_ns_) return 0;
+    if (sampled != nullptr) sampled_ns = sampled(now_ns);
     due_ns_ = now_ns + kPeriod_ns;
     ReferenceReport r;
     r.sequence = ++reports;
@@ -48,11 +49,13 @@ class StillPeer final : public LocalPeer {
     return kReferenceReportBytes;
   }
   void command(std::int64_t /*now_ns*/, std::span<const std::uint8_t> bytes) noexcept override {
+    if (deaf) return;
     if (decode(bytes, last) == CodecVerdict::kOk) commands += 1;
     most_z = std::max(most_z, last.force[2]);
   }
 
-  bool answers = true;
+  bool answers = true, deaf = false;
+  std::int64_t (*sampled)(std::int64_t now_ns) = nullptr;  ///< null: now
   std::uint32_t plugs = 0, reports = 0, commands = 0;
   std::int32_t most_z = 0;
   ReferenceCommand last;
@@ -149,5 +152,49 @@ TEST_SUITE("hal.local_link") {
     for (int k = 0; k < kMostTurns && b.force_n() > 0; ++k) (void)b.link.poll(kPeriod_ns / 2);
     CHECK(b.force_n() == 0);
     CHECK((ServoSide(other).state().faults & kLinkServoLost) != 0);
+  }
+
+  TEST_CASE(
+      "deaf: told after ten reports, ramped on our side, and the status keeps to the device") {
+    Bench b;
+    for (unsigned k = 0; k < kMostTurns && b.force_n() < 1.9; ++k) b.turn(2.0, 1 + k / 500);
+    REQUIRE(b.force_n() >= 1.9);
+    CHECK(b.link.held().force_n == doctest::Approx(b.force_n()).epsilon(0.1));
+    const double has_n = b.force_n();
+    b.peer.deaf = true;
+    const std::uint32_t begin = b.peer.reports;
+    const auto is_deaf = [&b] { return (b.servo.state().faults & kLinkDeaf) != 0; };
+    for (int k = 0; k < kMostTurns && !is_deaf(); ++k) b.turn(2.0, 1);
+    REQUIRE(is_deaf());
+    CHECK(b.peer.reports - begin >= 10);
+    CHECK(b.peer.reports - begin <= 13);
+    for (int k = 0; k < 200; ++k) b.turn(2.0, 1);
+    CHECK(b.link.held().force_n >= has_n - 1e-9);  // it has never said that it let go
+    b.peer.deaf = false;
+    for (int k = 0; k < kMostTurns && b.force_n() > 0; ++k) b.turn(2.0, 1);
+    CHECK(b.force_n() == 0);  // the ramp had ended meanwhile, and nothing old was kept for it
+    for (int k = 0; k < 20; ++k) b.turn(2.0, 1);
+    CHECK(b.link.held().force_n == 0);
+    CHECK_FALSE(is_deaf());
+    CHECK(b.force_n() == 0);  // until armed again
+    for (unsigned k = 0; k < kMostTurns && b.force_n() < 1.9; ++k) b.turn(2.0, 20 + k / 500);
+    CHECK(b.force_n() >= 1.9);
+  }
+
+  TEST_CASE("a report's own time: not beyond now, as old as it says, and silence where it stands") {
+    Bench b;
+    for (int k = 0; k < kMostTurns && b.link.state() != LinkState::kReady; ++k) b.turn(0, 0);
+    b.peer.sampled = [](std::int64_t now_ns) { return now_ns + 1'000'000'000; };
+    for (int k = 0; k < 20; ++k) b.turn(0, 0);
+    CHECK(b.servo.state().stamp_ns <= monotonic_ns());
+    b.peer.sampled = [](std::int64_t now_ns) { return now_ns - 3'000'000; };
+    for (int k = 0; k < 20; ++k) b.turn(0, 0);
+    CHECK(monotonic_ns() - b.servo.state().stamp_ns >= 3'000'000);
+    b.peer.sampled = [](std::int64_t) { return std::int64_t{1}; };
+    const std::int64_t stands_ns = b.servo.state().stamp_ns;
+    const auto is_silent = [&b] { return (b.servo.state().faults & kLinkSilent) != 0; };
+    for (int k = 0; k < kMostTurns && !is_silent(); ++k) b.turn(0, 0);
+    CHECK(is_silent());
+    CHECK(b.servo.state().stamp_ns == stands_ns);
   }
 }
