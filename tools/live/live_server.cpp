@@ -18,6 +18,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <deque>
 #include <map>
 #include <optional>
 #include <system_error>
@@ -103,6 +104,7 @@ void ListeningSocket::close() {
 namespace {
 
 class Client;
+class Visitor;
 
 /// What all connections share. One thread.
 struct Shared {
@@ -126,6 +128,7 @@ struct Shared {
   std::uint64_t looks = 0;
   std::size_t connections = 0;
   std::vector<std::weak_ptr<Client>> clients;
+  std::deque<std::weak_ptr<Visitor>> visitors;  ///< the oldest first
   std::vector<LiveTick> room = std::vector<LiveTick>(kTicksAtOnce);
   std::vector<GivenPose> given;
 };
@@ -435,10 +438,17 @@ class Visitor : public std::enable_shared_from_this<Visitor> {
     http::async_read(stream_, in_, parser_,
                      [self = shared_from_this()](Error error, std::size_t) { self->take(error); });
   }
+  /// It has a connection, and has not shown the token.
+  [[nodiscard]] bool is_waiting() const { return seat_.has_value() && !is_served_; }
+  void drop() {
+    seat_.reset();
+    Error ignored;
+    stream_.socket().close(ignored);
+  }
 
  private:
   void take(Error error) {
-    if (error == http::error::end_of_stream) return;
+    if (!seat_ || error == http::error::end_of_stream) return;
     shared_.counts.requests += 1;
     if (error) {
       if (error.category() == http::make_error_code(http::error::bad_method).category())
@@ -482,12 +492,14 @@ class Visitor : public std::enable_shared_from_this<Visitor> {
   void become(const std::string& protocol) {
     stream_.expires_never();
     const auto client = std::make_shared<Kind>(std::move(stream_), shared_, std::move(*seat_));
+    seat_.reset();
     shared_.clients.push_back(client);
     client->accept(parser_.get(), protocol);
   }
 
   void answer(unsigned status, const std::string& text, const char* type) {
     if (status != 200) shared_.counts.refused += 1;
+    is_served_ = status == 200;
     response_.result(status);
     response_.version(11);
     response_.set(http::field::content_type, type);
@@ -509,10 +521,24 @@ class Visitor : public std::enable_shared_from_this<Visitor> {
   Shared& shared_;
   beast::tcp_stream stream_;
   std::optional<Seat> seat_;
+  bool is_served_ = false;  ///< it has shown the token, and is being sent the page
   beast::flat_buffer in_{2 * kMostHeader_bytes};
   http::request_parser<http::empty_body> parser_;
   http::response<http::string_body> response_;
 };
+
+/// Makes room where all connections are taken: the oldest that has not shown the token goes. False:
+/// all have.
+bool drop_oldest(Shared& shared) {
+  while (!shared.visitors.empty()) {
+    const std::shared_ptr<Visitor> oldest = shared.visitors.front().lock();
+    shared.visitors.pop_front();
+    if (!oldest || !oldest->is_waiting()) continue;
+    oldest->drop();
+    return true;
+  }
+  return false;
+}
 
 }  // namespace
 
@@ -522,17 +548,22 @@ struct LiveServer::Core {
     acceptor.assign(socket.is_v6() ? tcp::v6() : tcp::v4(), socket.release());
   }
 
+  void admit(tcp::socket socket) {
+    Error ignored;
+    socket.set_option(tcp::no_delay(true), ignored);
+    const auto visitor = std::make_shared<Visitor>(std::move(socket), shared);
+    std::erase_if(shared.visitors, [](const auto& there) { return there.expired(); });
+    shared.visitors.push_back(visitor);
+    visitor->begin();
+  }
+
   void accept() {
     acceptor.async_accept([this](Error error, tcp::socket socket) {
       if (error == net::error::operation_aborted) return;
       if (!error) {
-        if (shared.connections >= LiveServer::kMostConnections) {
-          shared.counts.turned_away += 1;
-        } else {
-          Error ignored;
-          socket.set_option(tcp::no_delay(true), ignored);
-          std::make_shared<Visitor>(std::move(socket), shared)->begin();
-        }
+        const bool is_full = shared.connections >= LiveServer::kMostConnections;
+        if (is_full) shared.counts.turned_away += 1;
+        if (!is_full || drop_oldest(shared)) admit(std::move(socket));
       }
       accept();
     });

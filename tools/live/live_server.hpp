@@ -64,7 +64,8 @@ struct LiveCounts {
 
 class LiveServer {
  public:
-  /// Most connections at a time; further ones are closed at once.
+  /// Most connections at a time. One more takes the place of the oldest that has not shown the
+  /// token; where all have, it is closed at once.
   static constexpr std::size_t kMostConnections = 64;
 
   /// Takes the descriptor of `socket`.

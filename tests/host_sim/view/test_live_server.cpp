@@ -374,19 +374,37 @@ TEST_SUITE("host_sim.live_server") {
     check_alive(served);
   }
 
-  TEST_CASE(
-      "more connections than there are seats are turned away, and a free seat is given again") {
+  TEST_CASE("idle connections without the token keep nobody out, and those with it are kept") {
+    ServedBoard served(false);
+    served.publish(1);
+    boost::asio::io_context context;
+    std::vector<tcp::socket> idle;
+    const auto flood = [&](std::size_t count) {
+      for (std::size_t k = 0; k < count; ++k) idle.push_back(connection(context, served.port));
+    };
+    flood(LiveServer::kMostConnections);
+    TestClient viewer(served, kPage);
+    REQUIRE(viewer.status == 101);
+    CHECK(served.server->counts().turned_away >= 1);
+    for (int k = 0; k < 3; ++k) {
+      flood(LiveServer::kMostConnections);
+      CHECK(comes_true([&] {
+        return ask(served.port, {served.target(), served.host(), ""}).status == 200;
+      }));
+    }
+    viewer.ask(0);
+    CHECK_FALSE(viewer.read().empty());
+  }
+
+  TEST_CASE("more with the token than there are seats: closed at once, and a free seat is given") {
     ServedBoard served(false);
     served.publish(1);
     {
-      boost::asio::io_context context;
-      std::vector<tcp::socket> idle;
+      std::vector<std::unique_ptr<TestClient>> viewers;
       for (std::size_t k = 0; k < LiveServer::kMostConnections; ++k)
-        idle.push_back(connection(context, served.port));
-      REQUIRE(comes_true([&] {
-        return ask(served.port, {served.target(), served.host(), ""}).status == 0;
-      }));
-      CHECK(served.server->counts().turned_away >= 1);
+        viewers.push_back(std::make_unique<TestClient>(served, kPage));
+      CHECK(ask(served.port, {served.target(), served.host(), ""}).status == 0);
+      CHECK(served.server->counts().turned_away == 1);
     }
     CHECK(comes_true([&] {
       return ask(served.port, {served.target(), served.host(), ""}).status == 200;
