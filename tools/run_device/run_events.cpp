@@ -70,6 +70,25 @@ void RunEvents::look(const RunStatus& s) {
          arming_ == ArmingState::kFaulted ? LineLevel::kError : LineLevel::kNotice);
   }
   look_at_arming(s);
+  look_at_speed(s);
+}
+
+/// An armed device whose hand is too fast for any force, where that lasts.
+void RunEvents::look_at_speed(const RunStatus& s) {
+  if (s.servo.too_fast_ticks == 0) {
+    fast_from_s_ = s.t_s;
+    fast_told_ = false;
+    return;
+  }
+  if (fast_told_ || s.t_s < fast_from_s_ + kLongWait_s) return;
+  fast_told_ = true;
+  const double stated = s.servo.stated_m_per_s;
+  const std::string by =
+      stated > 0 ? formatted("by the device's own word at %.3g m/s", stated) : "by its poses";
+  tell(s.t_s, "too fast",
+       "armed, and no force: the handle moves " + by +
+           ", faster than [limits] zero_speed_m_per_s or zero_turn_rad_per_s leaves any",
+       LineLevel::kWarning);
 }
 
 /// Where the part begins, and why nothing arms where that lasts.

@@ -20,7 +20,8 @@ struct RunEvent {
   double t_s = 0;       ///< since the devices are held
   /// "connected", "disconnected", "armed", "arming", "disarming", "disarmed", "faulted", "fault",
   /// "trouble", "silent", "servo ended", "spare begins", "keeper ended", "stopping", "crash file",
-  /// "begun" (where the part begins), "waiting" (why nothing arms).
+  /// "begun" (where the part begins), "waiting" (why nothing arms), "too fast" (why an armed device
+  /// gets no force).
   std::string event;
   std::string text;  ///< one line, for people
   LineLevel level = LineLevel::kNotice;
@@ -46,6 +47,7 @@ class RunEvents {
 
  private:
   void look_at_arming(const RunStatus& status);
+  void look_at_speed(const RunStatus& s);
 
   std::function<void(const RunEvent&)> told_;
   unsigned device_;
@@ -58,6 +60,8 @@ class RunEvents {
   std::uint32_t waits_ = 0;  ///< ArmingWait, since waits_from_s_
   double waits_from_s_ = 0;
   bool wait_told_ = false;
+  double fast_from_s_ = 0;
+  bool fast_told_ = false;
 };
 
 }  // namespace haptic::tools

@@ -123,6 +123,19 @@ class TickWatcher {
     c.largest_torque_nm = std::max(c.largest_torque_nm, status_.torque_nm);
   }
 
+  void note_speed(const DeviceState& state, const ServoResult& result, bool armed) noexcept {
+    const bool none = status_.force_n == 0 && status_.torque_nm == 0;
+    if (!armed || !none || (result.limiter_flags & kLimiterSpeed) == 0) {
+      status_.too_fast_ticks = 0;
+      status_.stated_m_per_s = 0;
+      return;
+    }
+    status_.too_fast_ticks += 1;
+    if (!state.twist_valid) return;
+    const auto stated = static_cast<double>(vec3_of(state.twist_d.linear_m_per_s).norm());
+    status_.stated_m_per_s = std::max(status_.stated_m_per_s, stated);
+  }
+
   void take(const ServoInput& input, const ServoResult& result) noexcept {
     const bool armed = result.arming == ArmingState::kArmed;
     close();  // the tick before
@@ -134,6 +147,7 @@ class TickWatcher {
     status_.safety_faults = result.faults;
     status_.device_faults = input.state.faults;
     status_.d_near_m = static_cast<double>(result.rendered.d_near_m);
+    note_speed(input.state, result, armed);
     arming_.take(input, result);
     status_.arming_news = arming_.news();
     if (counted_) count(input, result, armed);

@@ -55,6 +55,10 @@ struct ServoStatus {
   std::uint32_t safety_faults = 0, device_faults = 0;  ///< now
   double force_n = 0, torque_nm = 0;                   ///< commanded
   double d_near_m = 0;
+  /// Armed ticks in a row in which the hand is so fast that the limits leave no force, and the
+  /// largest speed that the device has stated in them; 0: it states none.
+  std::uint64_t too_fast_ticks = 0;
+  double stated_m_per_s = 0;
   ArmingNews arming_news;
   SessionVerdict verdict;  ///< of all ticks so far in which the core rendered, armed or not
 };

@@ -147,6 +147,16 @@ TEST_SUITE("tools.run_device.loop") {
     CHECK(r.err.find("then release and press the deadman switch") != std::string::npos);
   }
 
+  TEST_CASE("armed, and too fast for any force: said, and not where there is force") {
+    const Bench bench;
+    const std::string words = "armed, and no force: the handle moves";
+    CHECK(bench.run("--seconds 3").err.find(words) == std::string::npos);
+    write(bench.config,
+          std::string(kHead) + kWorkspace +
+              "[limits]\nfull_speed_m_per_s = 0.00001\nzero_speed_m_per_s = 0.00002\n");
+    CHECK(bench.run("--seconds 4").err.find(words) != std::string::npos);
+  }
+
   TEST_CASE("--ticks that --seconds are too short for: exit 1") {
     const Bench bench;
     const ProgramResult r = bench.run("--ticks 1000000 --seconds 1 --json");
