@@ -154,7 +154,9 @@ TEST_SUITE("tools.run_device.loop") {
     write(bench.config,
           std::string(kHead) + kWorkspace +
               "[limits]\nfull_speed_m_per_s = 0.00001\nzero_speed_m_per_s = 0.00002\n");
-    CHECK(bench.run("--seconds 4").err.find(words) != std::string::npos);
+    const ProgramResult r = bench.run_in_time("--seconds 4");
+    CAPTURE(r.err);
+    CHECK(r.err.find(words) != std::string::npos);
   }
 
   TEST_CASE("--ticks that --seconds are too short for: exit 1") {
