@@ -4,7 +4,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
+#include <cstdint>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -20,6 +24,18 @@ haptic_step_input input_at(double z_m, double time_s) {
   input.pose[2] = z_m;
   input.time_s = time_s;
   return input;
+}
+
+/// Signals that each thread of this process blocks, by /proc: a bit for each, the first of
+/// number 1.
+std::vector<std::uint64_t> blocked_by_threads() {
+  std::vector<std::uint64_t> blocked;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::ifstream status(task.path() / "status");
+    for (std::string line; std::getline(status, line);)
+      if (line.starts_with("SigBlk:")) blocked.push_back(std::stoull(line.substr(7), nullptr, 16));
+  }
+  return blocked;
 }
 
 /// A session that ends with its test.
@@ -407,5 +423,25 @@ TEST_SUITE("tools.library") {
       return s.goals_reached >= number && std::abs(s.hand_pose[2] - 0.05) < 1e-4;
     });
     CHECK(there.hand_pose[5] == doctest::Approx(std::sin(0.4)).epsilon(1e-6));
+  }
+
+  TEST_CASE("session: its threads run no handler of the program, and this one's are as they were") {
+    const auto bit = [](int number) { return std::uint64_t{1} << (number - 1); };
+    const std::vector<std::uint64_t> before = blocked_by_threads();
+    const auto of_errors = [&](std::uint64_t blocked) {
+      return (blocked & (bit(SIGSEGV) | bit(SIGABRT) | bit(SIGFPE))) != 0;
+    };
+    const auto holds = [&](std::uint64_t blocked) {
+      return (blocked & bit(SIGUSR1)) != 0 && (blocked & bit(SIGINT)) != 0 && !of_errors(blocked);
+    };
+    REQUIRE(std::none_of(before.begin(), before.end(), holds));
+    {
+      const SessionBench bench;
+      const std::vector<std::uint64_t> during = blocked_by_threads();
+      REQUIRE(during.size() >= before.size() + 2);
+      const auto held = std::count_if(during.begin(), during.end(), holds);
+      CHECK(static_cast<std::size_t>(held) == during.size() - before.size());
+    }
+    CHECK(blocked_by_threads() == before);
   }
 }
