@@ -40,8 +40,7 @@ enum class ReportVerdict : std::uint8_t {
 
 /// A device's word on our commands, where its reports have one. Sequences wrap round.
 struct CommandReceipt {
-  bool told =
-      false;  ///< its reports say which command it has accepted last; else nothing below counts
+  bool told = false;           ///< its reports say what it has accepted; else nothing below counts
   bool drives_on = false;      ///< it exerts what it has accepted
   std::uint32_t sent = 0;      ///< sequence of the last command written
   std::uint32_t accepted = 0;  ///< of the last one that it has accepted

@@ -6,7 +6,6 @@
 /// waits for the other.
 
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -21,7 +20,7 @@ namespace haptic::hal {
 struct CarriedBytes {
   std::int64_t stamp_ns = 0;  ///< of CLOCK_MONOTONIC: of a report when it was sampled
   std::uint32_t size = 0;     ///< of `bytes`; a reader takes more for none
-  std::uint32_t zero = 0;     ///< nothing, so that no byte is left undefined
+  std::uint32_t unused = 0;   ///< no byte is left undefined
   std::array<std::uint8_t, kMaxReportBytes> bytes{};
 
   /// The bytes; none where their count cannot be.

@@ -111,6 +111,8 @@ void DevicePort::hear(PortDevice& device) {
     CarrierDescriptors descriptors;
     const ssize_t size = receive_message(host_, message, descriptors);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
+    // A host that ends with answers unread says this before what it has sent last, a zero maybe.
+    if (size < 0 && errno == ECONNRESET) continue;
     if (size <= 0) return drop(device);
     const auto bytes =
         std::span<const std::uint8_t>(message).subspan(1, static_cast<std::size_t>(size) - 1);

@@ -29,7 +29,7 @@ class PortDevice {
                                  std::span<std::uint8_t> room) = 0;
   /// A command, which is the newest that there is.
   virtual void command(std::span<const std::uint8_t> bytes) = 0;
-  /// The host has gone.
+  /// The host has gone: without a zero command before it the device takes its force away itself.
   virtual void end() = 0;
 };
 

@@ -116,6 +116,7 @@ void LocalLink::look_for_peer(std::int64_t timeout_ns) noexcept {
     }
   } catch (const std::exception&) {  // texts made while connecting
     connected_ = false;
+    flow_watch_.tell(false);
     peer_.unplug();
     flow_.end(false, HalStatus::kNoMemory);
     status_ = HalStatus::kNoMemory;

@@ -15,7 +15,7 @@
 namespace haptic::hal {
 
 /// Owner: the link's thread. Nothing blocks but `plug`, `control` and `read`, for at most their
-/// time, whatever the other process does.
+/// time; nothing that the other process does makes it longer.
 class ProcessPeer final : public LocalPeer {
  public:
   explicit ProcessPeer(std::string path) : path_(std::move(path)), name_("unix:" + path_) {}

@@ -3,8 +3,10 @@
 // before all else, and a device that writes what it likes.
 #include <doctest/doctest.h>
 #include <fcntl.h>
+#include <sys/eventfd.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -30,6 +32,8 @@ namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kOldest_ns = 2 * kMs;
+/// A command stamped so far ahead is fresh on a machine of any load.
+constexpr std::int64_t kFresh_ns = 60'000 * kMs;
 constexpr int kMostLooks = 20'000;  // of a millisecond's share each: patience, not a time
 
 std::string socket_path() {
@@ -137,6 +141,43 @@ struct EvilDevice {
   std::thread thread;
 };
 
+/// A host of its own that offers this memory; true: the device has taken it.
+bool accepts(Served& served, std::uint32_t version, CarrierDescriptors descriptors) {
+  const int socket = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  served.path.copy(address.sun_path, served.path.size());
+  REQUIRE(connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  std::array<std::uint8_t, 9> bytes{'m'};
+  const std::uint32_t numbers[] = {version, sizeof(CarrierHalf)};
+  std::memcpy(&bytes[1], numbers, sizeof numbers);  // little endian, as the machines here are
+  iovec part{bytes.data(), bytes.size()};
+  alignas(cmsghdr) char room[CMSG_SPACE(4 * sizeof(int))] = {};
+  msghdr header{};
+  header.msg_iov = &part;
+  header.msg_iovlen = 1;
+  header.msg_control = room;
+  header.msg_controllen = sizeof room;
+  cmsghdr* const control = CMSG_FIRSTHDR(&header);
+  control->cmsg_level = SOL_SOCKET;
+  control->cmsg_type = SCM_RIGHTS;
+  control->cmsg_len = CMSG_LEN(4 * sizeof(int));
+  int passed[4];
+  for (std::size_t k = 0; k < 4; ++k) passed[k] = *descriptors.all()[k];
+  std::memcpy(CMSG_DATA(control), passed, sizeof passed);
+  REQUIRE(sendmsg(socket, &header, MSG_NOSIGNAL) > 0);
+  std::uint8_t answer[2] = {};
+  const ssize_t size = recv(socket, answer, sizeof answer, 0);
+  close(socket);
+  for (int k = 0; k < kMostLooks; ++k) {  // until it is free for the next one
+    const std::lock_guard lock(served.mutex);
+    if (!served.port.has_host()) break;
+    served.port.serve(served.device);
+  }
+  REQUIRE(size == 2);
+  return answer[0] == 'm' && answer[1] == 1;
+}
+
 std::vector<std::uint8_t> bytes_of(std::uint8_t value) {
   return std::vector<std::uint8_t>(56, value);
 }
@@ -167,7 +208,7 @@ TEST_SUITE("hal.process_peer") {
     CHECK(peer.report(0, in, sampled_ns) == 0);  // once
 
     for (std::uint8_t k = 1; k <= 100; ++k) peer.command(monotonic_ns(), bytes_of(k));
-    peer.command(monotonic_ns() + kMs, bytes_of(101));  // as fresh as it can be when looked at
+    peer.command(monotonic_ns() + kFresh_ns, bytes_of(101));
     served.be_deaf(false);
     REQUIRE(served.comes(1));
     usleep(5000);
@@ -207,7 +248,7 @@ TEST_SUITE("hal.process_peer") {
     usleep(5000);
     REQUIRE(served.commands().size() == 1);
     CHECK(served.commands()[0] == bytes_of(0));
-    peer.command(monotonic_ns() + kMs, bytes_of(7));  // a host that lives on may go on
+    peer.command(monotonic_ns() + kFresh_ns, bytes_of(7));  // a host that lives on may go on
     REQUIRE(served.comes(2));
     CHECK(served.commands()[1] == bytes_of(7));
   }
@@ -318,10 +359,61 @@ TEST_SUITE("hal.process_peer") {
     CHECK_FALSE(peer.gone());
   }
 
-  TEST_CASE("what speaks another version is told apart, and a message of bytes does not upset it") {
+  TEST_CASE("a zero that a host has sent last arrives, though it has left answers unread") {
     Served served;
-    const int socket = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-    REQUIRE(socket >= 0);
+    ProcessPeer peer(served.path);
+    REQUIRE(peer.plug(monotonic_ns()) == HalStatus::kOk);
+    const std::array<std::uint8_t, 9> asks{'c', 0xc0, 1, 0, 0, 0, 0, 64, 0};
+    REQUIRE(send(peer.descriptor(), asks.data(), asks.size(), MSG_NOSIGNAL) > 0);
+    char unread = 0;
+    for (int k = 0; k < kMostLooks && recv(peer.descriptor(), &unread, 1, MSG_PEEK) <= 0; ++k)
+      usleep(500);
+    REQUIRE(unread == 'a');
+    served.be_deaf(true);
+    peer.command(monotonic_ns(), bytes_of(6));
+    ZeroCommand zero;
+    zero.descriptor = peer.descriptor();
+    zero.size = 56;
+    REQUIRE(send_zero(zero));
+    peer.unplug();
+    served.be_deaf(false);
+    REQUIRE(served.comes(1));
+    CHECK(served.commands()[0] == bytes_of(0));
+    for (int k = 0; k < kMostLooks && served.device.ended == 0; ++k) usleep(500);
+    CHECK(served.device.ended == 1);
+    CHECK(served.commands().size() == 1);
+  }
+
+  TEST_CASE("another version, or memory that its host could shrink, is refused and let go") {
+    Served served;
+    for (const int wrong : {0, 1, 2}) {
+      CAPTURE(wrong);
+      CarrierDescriptors given;
+      // As make does it, but for the seals.
+      given.commands = memfd_create("commands", MFD_CLOEXEC | MFD_ALLOW_SEALING);
+      given.reports = memfd_create("reports", MFD_CLOEXEC | MFD_ALLOW_SEALING);
+      given.wakes_device = eventfd(0, EFD_NONBLOCK);
+      given.wakes_host = eventfd(0, EFD_NONBLOCK);
+      for (const int half : {given.commands, given.reports})
+        REQUIRE(ftruncate(half, sizeof(CarrierHalf)) == 0);
+      CarrierMemory memory;
+      REQUIRE(memory.make() == 0);
+      CHECK(accepts(served, kSocketVersion, memory.descriptors()));  // the probe
+      if (wrong == 0) CHECK_FALSE(accepts(served, kSocketVersion + 1, memory.descriptors()));
+      if (wrong == 1) CHECK_FALSE(accepts(served, kSocketVersion, given));
+      if (wrong == 2) {
+        given.close_all();
+        given = memory.descriptors();
+        given.commands = given.wakes_device;  // no memory at all
+        CHECK_FALSE(accepts(served, kSocketVersion, given));
+        continue;
+      }
+      given.close_all();
+    }
+  }
+
+  TEST_CASE("messages of any bytes do not upset it") {
+    Served served;
     ProcessPeer peer(served.path);
     std::uint64_t random = 1234567;
     for (int k = 0; k < 2000; ++k) {
@@ -338,6 +430,5 @@ TEST_SUITE("hal.process_peer") {
       for (int look = 0; look < kMostLooks && served.device.ended <= k; ++look) usleep(100);
     }
     CHECK(served.port.hosts() == 2000);
-    close(socket);
   }
 }
