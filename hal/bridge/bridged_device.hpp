@@ -18,8 +18,8 @@ struct BridgeFacts {
   /// Stiffness, force and rates feed the gate of the session; 0 where the device does not say. The
   /// report period is the one at which `read` has something new. The watchdog is the bridge's.
   DeviceCapabilities capabilities;
-  std::string name;         ///< "Inverse3, serial 04a1, service 3.5.1": for people
-  std::string words;        ///< what its owner has to know; may be empty
+  std::string name;   ///< "Inverse3, serial 04a1, service 3.5.1": for people
+  std::string words;  ///< what its owner has to know; may be empty
 };
 
 /// What the device says.
@@ -28,10 +28,10 @@ struct BridgeSample {
   PoseRecord pose_dh;           ///< handle point and handle axes in D
   TwistRecord twist_d;          ///< where twist_valid
   bool twist_valid = false;
-  bool calibrated = false;      ///< the pose is absolute and true
+  bool calibrated = false;  ///< the pose is absolute and true
   bool emergency_stop = false;
-  std::uint32_t switches = 0;   ///< bit set = pressed
-  std::uint32_t faults = 0;     ///< DeviceFault, lower half: overheated, drive fault
+  std::uint32_t switches = 0;  ///< bit set = pressed
+  std::uint32_t faults = 0;    ///< DeviceFault, lower half: overheated, drive fault
 };
 
 enum class BridgeRead : std::uint8_t {
@@ -56,8 +56,8 @@ class BridgedDevice {
   /// Takes in what has come; never waits.
   [[nodiscard]] virtual BridgeRead read(std::int64_t now_ns, BridgeSample& sample) = 0;
   /// What the device has to exert from now on: within its capabilities, shortened already. Called
-  /// every period while the drives are on, with the newest command. False: it could not be handed
-  /// over.
+  /// with each command as it comes, and every period while the drives are on. False: it could not
+  /// be handed over.
   [[nodiscard]] virtual bool write(std::int64_t now_ns, const Wrench& wrench_d) = 0;
   /// Force off, now: the session's end, the watchdog, a lost host. Called again every period until
   /// it has been handed over. False: not yet.
@@ -68,9 +68,8 @@ class BridgedDevice {
   /// For poll(2): wakes the bridge before its period is over, so that `read` is called at once.
   /// A negative descriptor: none.
   [[nodiscard]] virtual pollfd watched() const noexcept { return {-1, 0, 0}; }
-  /// Called once after `open`, before anything is read: nothing but what has been opened is used
-  /// from then on, so the system calls of the process may be narrowed. A device whose library is
-  /// closed code says false.
+  /// True: once it has been open, the process may give up to start programs, to change files, to
+  /// reach other processes. A device whose library is closed code says false.
   [[nodiscard]] virtual bool can_be_confined() const noexcept { return true; }
 };
 

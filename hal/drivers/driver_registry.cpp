@@ -76,12 +76,14 @@ constexpr std::array kRows = {
               "Reference device",
               "This is a test identity of pid.codes, for a bench and for the device model; who "
               "builds hardware puts an identity of their own here.",
+              "our model of it, also over emulated USB",
               {},
               make_reference},
-    DriverRow{"falcon", "Novint Falcon", "", kFalconKeys, make_falcon},
+    DriverRow{"falcon", "Novint Falcon", "", "our model of it alone", kFalconKeys, make_falcon},
     DriverRow{"spacemouse",
               "3Dconnexion",
               "The six-axis models, and no others.",
+              "our model of it alone",
               {},
               make_spacemouse,
               spacemouse_identities},
@@ -89,6 +91,7 @@ constexpr std::array kRows = {
               "Polhem (WoodenHaptics over USB)",
               "The number is its board library's default, not a registered identity: another "
               "device may have it too.",
+              "our model of it alone",
               {},
               make_polhem}};
 
@@ -104,6 +107,7 @@ const DriverRow* find_driver(std::string_view name) noexcept {
 }
 
 std::vector<UsbIdentity> identities_of(const DriverRow& row) {
+  if (row.is_bridged) return {};
   if (row.identities != nullptr) return row.identities();
   const std::unique_ptr<Driver> driver = standard_driver(row);
   return {{driver->profile().vendor_id, driver->profile().product_id}};

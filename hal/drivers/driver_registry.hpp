@@ -60,11 +60,14 @@ struct DriverRow {
   std::string_view name;     ///< as `[device] driver` has it
   std::string_view product;  ///< for people
   std::string_view note;     ///< for who plugs it in: whole sentences; may be empty
+  std::string_view tested;   ///< against which hardware, or models of it by whom
   std::span<const DriverKey> keys;
   /// Null, with `defect` filled, for values of keys that no driver can be made of.
   std::unique_ptr<Driver> (*make)(const DriverOptions& options, DriverDefect& defect);
   /// Identities of all models, where there are others than that of the profile; else null.
   std::vector<UsbIdentity> (*identities)() = nullptr;
+  /// A program of its own (tools/bridges) speaks to the device, and to us as the reference device.
+  bool is_bridged = false;
 };
 
 /// The reference device first.
@@ -73,7 +76,7 @@ struct DriverRow {
 /// Null for a name that no driver has.
 [[nodiscard]] const DriverRow* find_driver(std::string_view name) noexcept;
 
-/// Identities by which the row's devices are found on a bus.
+/// Identities by which the row's devices are found on a bus; none of a bridge.
 [[nodiscard]] std::vector<UsbIdentity> identities_of(const DriverRow& row);
 
 /// The driver as it is without a configuration, with a deadman switch beside the device.

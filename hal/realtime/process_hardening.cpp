@@ -97,13 +97,47 @@ constexpr auto servo_filter() {
   return program;
 }
 
-int enter_filter() noexcept {
+// Calls by which a process starts another program, reaches into another process, changes the names
+// and rights of files, or the kernel.
+constexpr std::array kRefusedCalls = std::to_array<long>({
+  SYS_execve, SYS_execveat, SYS_ptrace, SYS_process_vm_readv, SYS_process_vm_writev, SYS_kcmp,
+      SYS_renameat2, SYS_linkat, SYS_symlinkat, SYS_mkdirat, SYS_mknodat, SYS_fchmod, SYS_fchmodat,
+      SYS_fchown, SYS_fchownat, SYS_truncate, SYS_setxattr, SYS_mount, SYS_umount2, SYS_pivot_root,
+      SYS_chroot, SYS_setns, SYS_unshare, SYS_bpf, SYS_perf_event_open, SYS_userfaultfd,
+      SYS_io_uring_setup, SYS_init_module, SYS_finit_module, SYS_delete_module, SYS_kexec_load,
+      SYS_reboot, SYS_swapon, SYS_add_key, SYS_keyctl, SYS_personality,
+#if defined(__x86_64__)  // older names of the same
+      SYS_rename, SYS_renameat, SYS_link, SYS_symlink, SYS_mkdir, SYS_mknod, SYS_chmod, SYS_chown,
+      SYS_lchown,
+#endif
+});
+// Numbers from here on are the same calls by another convention, on x86-64.
+constexpr std::uint32_t kFirstOfOtherConvention = 0x40000000;
+
+constexpr auto bridge_filter() {
+  std::array<sock_filter, 6 + 2 * kRefusedCalls.size() + 1> program{};
+  std::size_t at = 0;
+  const auto add = [&](const sock_filter& instruction) { program[at++] = instruction; };
+  add(load(offsetof(seccomp_data, arch)));
+  add({BPF_JMP | BPF_JEQ | BPF_K, 1, 0, kFilterArchitecture});
+  add(answer(kKill));
+  add(load(offsetof(seccomp_data, nr)));
+  add({BPF_JMP | BPF_JGE | BPF_K, 0, 1, kFirstOfOtherConvention});
+  add(answer(kKill));
+  for (const long call : kRefusedCalls) {
+    add(go_on_if(static_cast<std::uint32_t>(call), 1));
+    add(answer(SECCOMP_RET_ERRNO | EPERM));
+  }
+  add(answer(kAllow));
+  return program;
+}
+
+int enter_filter(std::span<const sock_filter> instructions) noexcept {
   static_assert(std::endian::native == std::endian::little || kFilterArchitecture == 0);
   static_assert(kFilterLength < 256, "jumps are one byte");
-  static constexpr std::array kProgram = servo_filter();
   sock_fprog program{};
-  program.len = static_cast<unsigned short>(kProgram.size());
-  program.filter = const_cast<sock_filter*>(kProgram.data());
+  program.len = static_cast<unsigned short>(instructions.size());
+  program.filter = const_cast<sock_filter*>(instructions.data());
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return errno;
   // SPEC_ALLOW: before Linux 5.16 a filter would otherwise switch off the speculative store bypass,
   // which costs each tick time and protects secrets that this process does not have.
@@ -195,7 +229,16 @@ int empty_bounding_set() noexcept {
 int confine_servo() noexcept {
   if (kFilterArchitecture == 0) return ENOSYS;
   if (kSanitized) return ENOTSUP;
-  const int error = enter_filter();
+  static constexpr std::array kProgram = servo_filter();
+  const int error = enter_filter(kProgram);
+  return error == EINVAL ? ENOSYS : error;
+}
+
+int confine_bridge() noexcept {
+  if (kFilterArchitecture == 0) return ENOSYS;
+  if (kSanitized) return ENOTSUP;
+  static constexpr std::array kProgram = bridge_filter();
+  const int error = enter_filter(kProgram);
   return error == EINVAL ? ENOSYS : error;
 }
 

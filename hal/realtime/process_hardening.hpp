@@ -19,6 +19,11 @@ namespace haptic::hal {
 /// thread has a filter already.
 [[nodiscard]] int confine_servo() noexcept;
 
+/// For a process that reads what others send it, all its threads at once: from now on it starts no
+/// program, reaches into no other process, and changes neither names nor rights of files; such a
+/// call answers EPERM. Sockets and files are opened as before. Errors as of confine_servo.
+[[nodiscard]] int confine_bridge() noexcept;
+
 /// Closes every descriptor but those of `keep` (any order; negative ones are ignored), so that what
 /// the parent, a shell or sudo had open is not held by us. No heap: also for a forked child.
 [[nodiscard]] int close_inherited_descriptors(std::span<const int> keep) noexcept;

@@ -45,6 +45,16 @@ bool has_key(const hal::DriverRow* row, std::string_view name) {
                                        [&](const hal::DriverKey& key) { return key.name == name; });
 }
 
+/// "driver 'a'", "driver 'a' or 'b'": those that have a key.
+std::string drivers_with(std::string_view key) {
+  std::string names;
+  for (const hal::DriverRow& row : hal::driver_rows()) {
+    if (!has_key(&row, key)) continue;
+    names += (names.empty() ? "driver '" : " or '") + std::string(row.name) + "'";
+  }
+  return names;
+}
+
 /// The keys of `[device]` that a driver has beyond those of all.
 /// @param row  of the file's driver; null: `sim`, which has none.
 /// @param used  the values go to a device; else they are checked alone.
@@ -53,8 +63,8 @@ void read_driver_keys(const TomlTable& device, const hal::DriverRow* row,
   for (const hal::DriverRow& other : hal::driver_rows()) {
     for (const hal::DriverKey& key : other.keys) {
       if (device.has(key.name) && !has_key(row, key.name))
-        device.fail(key.name, "is a key of driver '" + std::string(other.name) +
-                                  "' and of no other; remove the key");
+        device.fail(key.name,
+                    "is a key of " + drivers_with(key.name) + " and of no other; remove the key");
     }
   }
   if (row == nullptr) return;
@@ -80,6 +90,25 @@ void read_driver_keys(const TomlTable& device, const hal::DriverRow* row,
         break;
     }
   }
+}
+
+bool is_default(const hal::UsbAddress& address) {
+  return address.vendor_id == 0 && address.serial.empty() && address.bus_path.empty();
+}
+
+/// As arguments of a bridge.
+std::vector<std::string> words_of(const hal::DriverOptions& options) {
+  std::vector<std::string> words;
+  for (const auto& [key, value] : options.values) {
+    if (const bool* const flag = std::get_if<bool>(&value)) {
+      if (*flag) words.push_back("--" + std::string(key));
+      continue;
+    }
+    words.push_back("--" + std::string(key));
+    const std::string* const text = std::get_if<std::string>(&value);
+    words.push_back(text != nullptr ? *text : formatted("%.17g", std::get<double>(value)));
+  }
+  return words;
 }
 
 void read_address(const TomlTable& device, const std::filesystem::path& folder, bool used,
@@ -144,6 +173,10 @@ void read_device(const Tables& tables, const std::filesystem::path& folder,
     of_file.product_id = config.address.product_id;
     if (row != nullptr && row->make(of_file, defect) == nullptr)
       device->fail(defect.key, defect.text);
+    if (row != nullptr && row->is_bridged && used && !is_default(config.address))
+      device->fail("address", "is of USB, and driver '" + name +
+                                  "' reaches its device by a bridge; remove the key, or give "
+                                  "unix:PATH of a bridge that runs already");
     if (used) options = of_file;
   }
   config.simulated = config.driver_name == kSimulated;
@@ -151,6 +184,8 @@ void read_device(const Tables& tables, const std::filesystem::path& folder,
   // The simulated device speaks the protocol of the reference device.
   config.driver = (row != nullptr ? *row : hal::driver_rows().front()).make(options, defect);
   config.has_motors = !config.simulated && config.driver->capabilities().driven_dof != 0;
+  if (row != nullptr && row->is_bridged && config.socket_path.empty())
+    config.bridge = {config.driver_name, words_of(options)};
 }
 
 void read_loop(const TomlTable& top, DeviceConfig& config) {
@@ -320,7 +355,9 @@ void check_places(const TomlTable& top, const std::vector<HandDevice>& devices) 
   const HandDevice &first = devices[0], &second = devices[1];
   if (first.simulated || second.simulated) return;
   bool is_apart = first.driver_name != second.driver_name;
-  if (first.socket_path.empty() != second.socket_path.empty()) {
+  if (first.bridge.is_used() && second.bridge.is_used()) {
+    is_apart = is_apart || first.bridge.words != second.bridge.words;
+  } else if (first.socket_path.empty() != second.socket_path.empty()) {
     is_apart = true;
   } else if (!first.socket_path.empty()) {
     is_apart = first.socket_path != second.socket_path;
@@ -334,8 +371,10 @@ void check_places(const TomlTable& top, const std::vector<HandDevice>& devices) 
   }
   if (!is_apart)
     top.fail("device2",
-             "cannot be told from [device]; give both an address that one device alone has: "
-             "VID:PID:SERIAL, a place on the bus as in 1-2.3, or unix:PATH");
+             first.bridge.is_used() && second.bridge.is_used()
+                 ? "cannot be told from [device]; give both keys that name one device alone"
+                 : "cannot be told from [device]; give both an address that one device alone "
+                   "has: VID:PID:SERIAL, a place on the bus as in 1-2.3, or unix:PATH");
 }
 
 }  // namespace

@@ -28,12 +28,20 @@ struct LoopConfig {
   bool strict = false;
 };
 
+/// A bridge that a run starts and ends.
+struct BridgeCall {
+  std::string name;                ///< of the bridge; empty: none
+  std::vector<std::string> words;  ///< its keys, as arguments
+  [[nodiscard]] bool is_used() const { return !name.empty(); }
+};
+
 /// A device, with all that is its own.
 struct HandDevice {
   std::string driver_name;  ///< as in the file, or as --device has it
   bool simulated = false;   ///< the peer in this process, no bus
   hal::UsbAddress address;
-  std::string socket_path;  ///< of a device in another process; empty: it is on the bus
+  std::string socket_path;  ///< of a device in another process; empty: a bridge's or the bus's
+  BridgeCall bridge;
   hal::KeySwitchSettings deadman_input;  ///< no path: the device's own switches alone
   std::unique_ptr<hal::Driver> driver;
   bool has_motors = false;  ///< force can reach a hand

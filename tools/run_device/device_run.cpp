@@ -321,7 +321,10 @@ void Run::watch_until_end() {
       tell("stopping", account_.why, LineLevel::kNotice);
       return;
     }
-    for (const auto& line : lines_) line->tell_notes();
+    for (const auto& line : lines_) {
+      line->tell_notes();
+      line->look_at_bridge(seconds_held());
+    }
     if (is_refused()) return;
     if (stop_key_.pressed()) {
       for (const auto& line : lines_) line->stop();
@@ -362,6 +365,7 @@ void Run::finish() {
 RunAccount Run::go() {
   account_.scene = config_.scene.string();
   give_up_rights();
+  for (const auto& line : lines_) line->start_bridge();
   fork_servo();
   (void)hal::refuse_attachment();
   note_refusals("device process",

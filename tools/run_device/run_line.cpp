@@ -69,13 +69,26 @@ void RunLine::make_link(const hal::DeviceMailbox& mailbox, hal::ZeroHolder& keep
     peer_ = std::make_unique<SimulatedPeer>(
         SimulatedPeerSettings{config_.loop.period_ns, device_.servo.switches.deadman}, hand_);
     link_ = std::make_unique<hal::LocalLink>(driver, mailbox, *peer_, settings);
-  } else if (!device_.socket_path.empty()) {
-    socket_ = std::make_unique<hal::ProcessPeer>(device_.socket_path);
+  } else if (bridge_ != nullptr || !device_.socket_path.empty()) {
+    socket_ = std::make_unique<hal::ProcessPeer>(bridge_ != nullptr ? bridge_->socket_path()
+                                                                    : device_.socket_path);
     link_ = std::make_unique<hal::LocalLink>(driver, mailbox, *socket_, settings);
   } else {
     link_ = std::make_unique<hal::UsbLink>(driver, mailbox, settings);
   }
   link_->observe(&bus_);
+}
+
+void RunLine::start_bridge() {
+  if (!device_.bridge.is_used()) return;
+  bridge_ = std::make_unique<BridgeProcess>(device_.bridge, config_.loop.usb_priority);
+  bridge_->start();
+}
+
+void RunLine::look_at_bridge(double t_s) {
+  if (bridge_ == nullptr) return;
+  for (const std::string& line : bridge_->look())
+    events_.tell(t_s, "bridge", line, LineLevel::kNotice);
 }
 
 RunStatus RunLine::status(double t_s, std::int64_t silence_ns, const ServoBoard& board) const {

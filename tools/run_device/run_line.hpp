@@ -12,6 +12,7 @@
 #include "hal/input/key_switch.hpp"
 #include "hal/local/process_peer.hpp"
 #include "hal/zero_command.hpp"
+#include "tools/run_device/bridge_process.hpp"
 #include "tools/run_device/device_fit.hpp"
 #include "tools/run_device/device_run.hpp"
 #include "tools/run_device/link_watch.hpp"
@@ -29,6 +30,9 @@ class RunLine {
   RunLine(const RunLine&) = delete;
   RunLine& operator=(const RunLine&) = delete;
 
+  /// Starts the bridge of a device that is reached by one, with the rights that this process has.
+  /// @throws OsError  it cannot be started.
+  void start_bridge();
   /// Before the link is made: a share of force and torque, on a machine that is not fit.
   void lower(double share) { limits_ = lowered(limits_, share); }
   void make_link(const hal::DeviceMailbox& mailbox, hal::ZeroHolder& keeper,
@@ -43,6 +47,8 @@ class RunLine {
   /// Events since the last look.
   void look(const RunStatus& status) { events_.look(status); }
   void tell_notes();
+  /// What its bridge says, as events.
+  void look_at_bridge(double t_s);
   void stop() { link_->emergency_stop(); }
   void begin_ending() { bus_.begin_ending(); }
   [[nodiscard]] bool was_there() const { return link_->counters().connects > 0; }
@@ -73,6 +79,7 @@ class RunLine {
   RunEvents events_;
   PressingHand hand_;  ///< of the peer
   std::unique_ptr<SimulatedPeer> peer_;
+  std::unique_ptr<BridgeProcess> bridge_;  ///< outlives the link: it gets the last zero
   std::unique_ptr<hal::ProcessPeer> socket_;
   std::unique_ptr<hal::KeySwitch> deadman_;
   SafetyLimits limits_;             ///< the configuration's, lowered as the machine is not fit

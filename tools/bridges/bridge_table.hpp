@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// All bridges, one row each. Their keys are those of the row of the same name in
+/// hal/drivers/driver_registry.hpp.
+
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "hal/bridge/bridged_device.hpp"
+#include "hal/drivers/driver_registry.hpp"
+
+namespace haptic::tools {
+
+struct BridgeRow {
+  std::string_view name;  ///< as `[device] driver` has it
+  /// Null, with `defect` filled, for values of keys that no device can be made of. Opens nothing.
+  std::unique_ptr<hal::BridgedDevice> (*make)(const hal::DriverOptions& options,
+                                              hal::DriverDefect& defect);
+};
+
+[[nodiscard]] std::span<const BridgeRow> bridge_rows() noexcept;
+
+}  // namespace haptic::tools

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/bridges/facts_text.hpp"
+
+#include <bit>
+
+#include "tools/common/formatted.hpp"
+
+namespace haptic::tools {
+
+std::string facts_text(const std::string& bridge, const hal::BridgeFacts* facts,
+                       const std::string& why) {
+  if (facts == nullptr) return bridge + ": not there: " + why;
+  const hal::DeviceCapabilities& c = facts->capabilities;
+  std::string text = bridge + ": " + facts->name;
+  text += formatted("\n  senses %d degrees of freedom, drives %d", std::popcount(c.sensed_dof),
+                    std::popcount(c.driven_dof));
+  if (c.driven_dof != 0)
+    text += formatted("; at most %g N and %g N m", double{c.max_force_n}, double{c.max_torque_nm});
+  if (c.max_stiffness_n_per_m > 0) text += formatted(", %g N/m", double{c.max_stiffness_n_per_m});
+  text += formatted("; a report every %g ms", 1e-6 * static_cast<double>(c.report_period_ns));
+  if (!facts->words.empty()) text += "\n  " + facts->words;
+  return text;
+}
+
+nlohmann::ordered_json facts_json(const std::string& bridge, const hal::BridgeFacts* facts,
+                                  const std::string& why) {
+  nlohmann::ordered_json json{{"bridge", bridge}, {"found", facts != nullptr}};
+  if (facts == nullptr) {
+    json["why"] = why;
+    return json;
+  }
+  const hal::DeviceCapabilities& c = facts->capabilities;
+  json.update({{"name", facts->name},
+               {"words", facts->words},
+               {"sensed_dof", c.sensed_dof},
+               {"driven_dof", c.driven_dof},
+               {"max_force_n", double{c.max_force_n}},
+               {"max_torque_nm", double{c.max_torque_nm}},
+               {"max_stiffness_n_per_m", double{c.max_stiffness_n_per_m}},
+               {"report_period_us", c.report_period_ns / 1000}});
+  return json;
+}
+
+}  // namespace haptic::tools

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// What a bridge tells of its device: to a person, and as a line of JSON.
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "hal/bridge/bridged_device.hpp"
+
+namespace haptic::tools {
+
+/// @param facts  null: it is not there, and `why` says the reason.
+[[nodiscard]] std::string facts_text(const std::string& bridge, const hal::BridgeFacts* facts,
+                                     const std::string& why);
+
+/// {"bridge", "found", "name", "words", "why", "sensed_dof", "driven_dof", "max_force_n",
+/// "max_torque_nm", "max_stiffness_n_per_m", "report_period_us"}; numbers of a device that was
+/// found alone.
+[[nodiscard]] nlohmann::ordered_json facts_json(const std::string& bridge,
+                                                const hal::BridgeFacts* facts,
+                                                const std::string& why);
+
+}  // namespace haptic::tools

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/run_device/bridge_process.hpp"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <system_error>
+
+#include "hal/clock/servo_clock.hpp"
+#include "hal/realtime/stop_signals.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::tools {
+namespace {
+
+constexpr std::size_t kLongestLine = 500;
+constexpr int kMostReads = 8;  // of a look
+constexpr std::int64_t kLongestEnd_ns = 1'000'000'000, kLook_ns = 5'000'000;
+
+std::string words(int error) { return std::generic_category().message(error); }
+
+std::filesystem::path beside_this_program() {
+  std::error_code error;
+  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", error);
+  const std::filesystem::path program = own.parent_path() / "device_bridge";
+  if (error || access(program.c_str(), X_OK) != 0)
+    throw OsError(program.string() + ": not there, or not to be run; install it beside run_device");
+  return program;
+}
+
+std::filesystem::path make_folder() {
+  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+  for (const char* const where : {runtime, "/tmp"}) {
+    if (where == nullptr || *where == '\0') continue;
+    std::string name = std::string(where) + "/haptic-bridge-XXXXXX";
+    if (mkdtemp(name.data()) != nullptr) return name;
+  }
+  throw OsError("no folder for the socket of a bridge: " + words(errno));
+}
+
+}  // namespace
+
+BridgeProcess::BridgeProcess(const BridgeCall& call, int priority)
+    : call_(call), priority_(priority), program_(beside_this_program()), folder_(make_folder()) {}
+
+BridgeProcess::~BridgeProcess() {
+  stop();
+  std::error_code ignored;
+  std::filesystem::remove(socket_path(), ignored);
+  std::filesystem::remove(folder_, ignored);
+}
+
+void BridgeProcess::start() {
+  if (const int error = spawn(); error != 0) throw OsError(program_.string() + ": " + words(error));
+}
+
+int BridgeProcess::spawn() {
+  started_ns_ = hal::monotonic_ns();
+  close_pipe();
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC | O_NONBLOCK) != 0) return errno;
+  said_ = ends[0];
+
+  std::vector<std::string> arguments{program_.string(), call_.name,
+                                     "--listen",        socket_path(),
+                                     "--parent",        std::to_string(getpid()),
+                                     "--priority",      std::to_string(priority_)};
+  arguments.insert(arguments.end(), call_.words.begin(), call_.words.end());
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments) pointers.push_back(argument.data());
+  pointers.push_back(nullptr);
+
+  posix_spawn_file_actions_t files;
+  posix_spawnattr_t attributes;
+  (void)posix_spawn_file_actions_init(&files);
+  (void)posix_spawnattr_init(&attributes);
+  (void)posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  (void)posix_spawn_file_actions_adddup2(&files, ends[1], STDOUT_FILENO);
+  (void)posix_spawn_file_actions_adddup2(&files, ends[1], STDERR_FILENO);
+  sigset_t none, all;
+  sigemptyset(&none);
+  sigfillset(&all);
+  (void)posix_spawnattr_setsigmask(&attributes, &none);
+  (void)posix_spawnattr_setsigdefault(&attributes, &all);
+  (void)posix_spawnattr_setpgroup(&attributes, 0);
+  (void)posix_spawnattr_setflags(
+      &attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+  const int error =
+      posix_spawn(&pid_, program_.c_str(), &files, &attributes, pointers.data(), environ);
+  (void)posix_spawnattr_destroy(&attributes);
+  (void)posix_spawn_file_actions_destroy(&files);
+  close(ends[1]);
+  if (error != 0) pid_ = -1;
+  return error;
+}
+
+std::vector<std::string> BridgeProcess::look() {
+  std::vector<std::string> lines;
+  hear(lines);
+  std::string how;
+  if (pid_ > 0 && has_ended(how)) {
+    hear(lines);
+    lines.push_back("the bridge has ended: " + how);
+    pid_ = -1;
+  }
+  if (pid_ > 0 || started_ns_ == 0 || hal::monotonic_ns() < started_ns_ + kAgain_ns) return lines;
+  const int error = spawn();
+  lines.push_back(error == 0 ? "the bridge is started again"
+                             : "the bridge cannot be started: " + words(error));
+  return lines;
+}
+
+void BridgeProcess::hear(std::vector<std::string>& lines) {
+  std::array<char, 1024> bytes;
+  for (int k = 0; k < kMostReads && said_ >= 0; ++k) {
+    const ssize_t size = read(said_, bytes.data(), bytes.size());
+    if (size <= 0) break;
+    rest_.append(bytes.data(), static_cast<std::size_t>(size));
+  }
+  for (std::size_t end = rest_.find('\n'); end != std::string::npos || rest_.size() > kLongestLine;
+       end = rest_.find('\n')) {
+    const std::size_t length = std::min({end, rest_.size(), kLongestLine});
+    lines.push_back(rest_.substr(0, length));
+    rest_.erase(0, length + (length == end ? 1 : 0));
+  }
+}
+
+bool BridgeProcess::has_ended(std::string& how) {
+  int status = 0;
+  if (waitpid(pid_, &status, WNOHANG) != pid_) return false;
+  how = WIFSIGNALED(status) ? hal::signal_text(WTERMSIG(status))
+                            : "exit code " + std::to_string(WEXITSTATUS(status));
+  return true;
+}
+
+void BridgeProcess::stop() noexcept {
+  if (pid_ > 0) {
+    (void)kill(pid_, SIGTERM);
+    const std::int64_t until_ns = hal::monotonic_ns() + kLongestEnd_ns;
+    while (pid_ > 0) {
+      if (waitpid(pid_, nullptr, WNOHANG) != 0) {
+        pid_ = -1;
+      } else if (hal::monotonic_ns() > until_ns) {
+        (void)kill(pid_, SIGKILL);
+        (void)waitpid(pid_, nullptr, 0);
+        pid_ = -1;
+      } else {
+        (void)hal::sleep_until(hal::monotonic_ns() + kLook_ns);
+      }
+    }
+  }
+  close_pipe();
+}
+
+void BridgeProcess::close_pipe() noexcept {
+  if (said_ >= 0) close(said_);
+  said_ = -1;
+  rest_.clear();
+}
+
+}  // namespace haptic::tools
