@@ -41,36 +41,36 @@ enum {
   HAPTIC_FAULT_NOT_HOMED = 1 << 4
 };
 
-/** What the device states of itself: section 5, in its units. */
+/** Statement of the device about itself: section 5, in its units. */
 struct haptic_facts {
   uint8_t twist_sensed, sensed_dof, driven_dof;
   uint8_t is_short; /**< not 0: reports of 60 bytes */
   uint16_t report_period_us, watchdog_ms;
-  uint32_t max_force, max_torque;                               /**< 10 uN; 0.1 uN m */
+  uint32_t max_force, max_torque; /**< 10 uN; 0.1 uN m */
   uint32_t max_force_rate_mn_per_s, max_torque_rate_mnm_per_s;
   uint32_t max_stiffness_mn_per_m, max_damping_mns_per_m;
-  uint32_t mass_mg, damping_uns_per_m, friction;                /**< friction: 10 uN */
+  uint32_t mass_mg, damping_uns_per_m, friction; /**< friction: 10 uN */
   uint32_t encoder_step_nm, encoder_step_nrad, workspace_radius_um;
 };
 
-/** What the board has sampled, all at one instant. */
+/** Sample of the board, all at one instant. */
 struct haptic_sample {
   uint64_t time_us;
-  int32_t position_nm[3];      /**< of the handle point, in D */
-  int32_t orientation[4];      /**< x y z w, handle to D, unit 2^-30 */
+  int32_t position_nm[3]; /**< of the handle point, in D */
+  int32_t orientation[4]; /**< x y z w, handle to D, unit 2^-30 */
   int32_t velocity_um_per_s[3], angular_velocity_urad_per_s[3];
   uint32_t switches;
-  uint32_t faults;             /**< HAPTIC_FAULT_HOT, _DRIVE: what the board knows itself */
-  uint8_t is_calibrated;       /**< position and orientation are absolute and true */
-  uint8_t stop_is_pressed;     /**< the emergency stop's input */
-  uint8_t is_fatal;            /**< drives must be off: poses or currents cannot be trusted */
+  uint32_t faults;         /**< HAPTIC_FAULT_HOT, _DRIVE: what the board knows itself */
+  uint8_t is_calibrated;   /**< position and orientation are absolute and true */
+  uint8_t stop_is_pressed; /**< the emergency stop's input */
+  uint8_t is_fatal;        /**< drives must be off: poses or currents cannot be trusted */
 };
 
-/** What the motors have to do until the next call. */
+/** Task of the motors until the next call. */
 struct haptic_drive {
-  uint8_t is_on;       /**< 0: power stage off */
-  int32_t force[3];    /**< at the handle point, D axes, as it acts on the hand [10 uN] */
-  int32_t torque[3];   /**< about the handle point [0.1 uN m] */
+  uint8_t is_on;     /**< 0: power stage off */
+  int32_t force[3];  /**< at the handle point, D axes, as it acts on the hand [10 uN] */
+  int32_t torque[3]; /**< about the handle point [0.1 uN m] */
 };
 
 /** Memory of the six functions; nothing in it is for others. */
@@ -79,31 +79,36 @@ struct haptic_device {
   struct haptic_drive drive;
   uint64_t fed_us;
   uint32_t sequence, accepted, tick, rejected, faults;
-  uint8_t is_fresh, is_cut, is_stopped, stop_is_pressed, is_calibrated, is_fatal;
+  uint8_t is_fresh, is_cut, is_stopped, stop_is_pressed, is_calibrated, was_calibrated, is_fatal;
 };
 
 /** Power-up: drives off, counters 0, no force before a command without the drives' bit. */
-void haptic_device_begin(struct haptic_device *device, const struct haptic_facts *facts);
+void haptic_device_begin(struct haptic_device* device, const struct haptic_facts* facts);
 
-/** Answers a control request (section 5). @return bytes of the answer in `room`; negative: stall. */
-int32_t haptic_device_answer(const struct haptic_device *device, uint8_t request_type,
-                             uint8_t request, uint16_t value, uint8_t *room, size_t size);
+/** Answers a control request (section 5). @return bytes of the answer in `room`; negative: stall */
+int32_t haptic_device_answer(const struct haptic_device* device, uint8_t request_type,
+                             uint8_t request, uint16_t value, uint8_t* room, size_t size);
 
 /** Every period, from the timer: takes the sample, cuts the drives that no command has fed for the
- * watchdog's time, writes the report. @return its bytes, 0: `size` is too small for it. */
-size_t haptic_device_period(struct haptic_device *device, const struct haptic_sample *sample,
-                            uint8_t *report, size_t size);
+ * watchdog's time, writes the report. @return its bytes, 0: `size` is too small for it, all else is
+ * done. Without this call nothing cuts: an independent watchdog of the board opens the power stage
+ * when the timer stops. */
+size_t haptic_device_period(struct haptic_device* device, const struct haptic_sample* sample,
+                            uint8_t* report, size_t size);
 
-/** A packet at the command's endpoint, at `now_us` of the sample's clock. @return 1: accepted, 0: it
- * is counted as rejected and changes nothing else. */
-int32_t haptic_device_command(struct haptic_device *device, const uint8_t *bytes, size_t size,
+/** A packet at the command's endpoint, at `now_us` of the sample's clock. Force and torque are each
+ * shortened as a whole to the facts' limits, rounded towards zero, within 2 units of the exact
+ * component; axes that are not driven get 0. @return 1: accepted, 0: it is counted as rejected and
+ * changes nothing else. */
+int32_t haptic_device_command(struct haptic_device* device, const uint8_t* bytes, size_t size,
                               uint64_t now_us);
 
-/** What the motors do now: after each of the calls above and below. Never beyond facts' limits. */
-const struct haptic_drive *haptic_device_drive(const struct haptic_device *device);
+/** Task of the motors now: read it after each of the calls above and below. Never beyond facts'
+ * limits. */
+const struct haptic_drive* haptic_device_drive(const struct haptic_device* device);
 
 /** Reset, suspend, SET_CONFIGURATION, SET_INTERFACE, the host has gone: drives off. */
-void haptic_device_bus_event(struct haptic_device *device);
+void haptic_device_bus_event(struct haptic_device* device);
 
 #ifdef __cplusplus
 }
