@@ -115,6 +115,7 @@ void haptic_device_begin(struct haptic_device* device, const struct haptic_facts
   device->is_fresh = 1;
   device->is_cut = device->is_stopped = device->stop_is_pressed = 0;
   device->is_calibrated = device->was_calibrated = device->is_fatal = 0;
+  device->twist_is_valid = 0;
 }
 
 const struct haptic_drive* haptic_device_drive(const struct haptic_device* device) {
@@ -135,6 +136,7 @@ static void take(struct haptic_device* device, const struct haptic_sample* sampl
   device->stop_is_pressed = sample->stop_is_pressed != 0;
   device->is_calibrated = sample->is_calibrated != 0;
   device->is_fatal = sample->is_fatal != 0;
+  device->twist_is_valid = device->facts.twist_sensed && !sample->twist_is_missing;
   if (device->is_calibrated) device->was_calibrated = 1;
   if (device->stop_is_pressed) device->is_stopped = 1;
   if (device->is_stopped || !device->is_calibrated || device->is_fatal) drives_off(device);
@@ -153,7 +155,7 @@ static uint32_t status_of(const struct haptic_device* device) {
   uint32_t status = 0;
   if (device->is_calibrated) status |= HAPTIC_CALIBRATED;
   if (device->drive.is_on) status |= HAPTIC_DRIVES_ON;
-  if (device->facts.twist_sensed) status |= HAPTIC_TWIST_VALID;
+  if (device->twist_is_valid) status |= HAPTIC_TWIST_VALID;
   if (device->is_cut) status |= HAPTIC_WATCHDOG_CUT;
   if (device->is_stopped) status |= HAPTIC_EMERGENCY_STOP;
   return status;
@@ -169,7 +171,7 @@ static uint8_t* put_head(uint8_t* at, const struct haptic_device* device, uint32
 static size_t put_report(const struct haptic_device* device, const struct haptic_sample* sample,
                          uint8_t* report) {
   static const int32_t at_rest[3] = {0, 0, 0};
-  const int senses = device->facts.twist_sensed;
+  const int senses = device->twist_is_valid;
   uint8_t* at = put_head(report, device, REPORT_MAGIC);
   at = put32(at, (uint32_t)(sample->time_us & 0xffffffffu));
   at = put32(at, (uint32_t)(sample->time_us >> 32));
@@ -216,7 +218,7 @@ static uint32_t steps_of(int32_t value, uint32_t step) {
 
 static size_t put_short_report(const struct haptic_device* device,
                                const struct haptic_sample* sample, uint8_t* report) {
-  const int senses = device->facts.twist_sensed;
+  const int senses = device->twist_is_valid;
   int32_t orientation[3];
   uint8_t* at = put_head(report, device, SHORT_REPORT_MAGIC);
   int k;

@@ -60,10 +60,11 @@ struct haptic_sample {
   int32_t orientation[4]; /**< x y z w, handle to D, unit 2^-30 */
   int32_t velocity_um_per_s[3], angular_velocity_urad_per_s[3];
   uint32_t switches;
-  uint32_t faults;         /**< HAPTIC_FAULT_HOT, _DRIVE: what the board knows itself */
-  uint8_t is_calibrated;   /**< position and orientation are absolute and true */
-  uint8_t stop_is_pressed; /**< the emergency stop's input */
-  uint8_t is_fatal;        /**< drives must be off: poses or currents cannot be trusted */
+  uint32_t faults;          /**< HAPTIC_FAULT_HOT, _DRIVE: what the board knows itself */
+  uint8_t twist_is_missing; /**< in this sample, of a device that senses it otherwise */
+  uint8_t is_calibrated;    /**< position and orientation are absolute and true */
+  uint8_t stop_is_pressed;  /**< the emergency stop's input */
+  uint8_t is_fatal;         /**< drives must be off: poses or currents cannot be trusted */
 };
 
 /** Task of the motors until the next call. */
@@ -79,7 +80,8 @@ struct haptic_device {
   struct haptic_drive drive;
   uint64_t fed_us;
   uint32_t sequence, accepted, tick, rejected, faults;
-  uint8_t is_fresh, is_cut, is_stopped, stop_is_pressed, is_calibrated, was_calibrated, is_fatal;
+  uint8_t is_fresh, is_cut, is_stopped, stop_is_pressed, is_calibrated, was_calibrated, is_fatal,
+      twist_is_valid;
 };
 
 /** Power-up: drives off, counters 0, no force before a command without the drives' bit. */

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/run_device/bridge_process.hpp"
 
-#include <fcntl.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,10 +10,12 @@
 #include <cerrno>
 #include <cstdlib>
 #include <system_error>
+#include <utility>
 
 #include "hal/clock/servo_clock.hpp"
 #include "hal/realtime/stop_signals.hpp"
 #include "tools/common/error.hpp"
+#include "tools/run_device/bridge_spawn.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -24,16 +24,7 @@ constexpr std::size_t kLongestLine = 500;
 constexpr int kMostReads = 8;  // of a look
 constexpr std::int64_t kLongestEnd_ns = 1'000'000'000, kLook_ns = 5'000'000;
 
-std::string words(int error) { return std::generic_category().message(error); }
-
-std::filesystem::path beside_this_program() {
-  std::error_code error;
-  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", error);
-  const std::filesystem::path program = own.parent_path() / "device_bridge";
-  if (error || access(program.c_str(), X_OK) != 0)
-    throw OsError(program.string() + ": not there, or not to be run; install it beside run_device");
-  return program;
-}
+std::string text_of(int error) { return std::generic_category().message(error); }
 
 std::filesystem::path make_folder() {
   const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
@@ -42,13 +33,13 @@ std::filesystem::path make_folder() {
     std::string name = std::string(where) + "/haptic-bridge-XXXXXX";
     if (mkdtemp(name.data()) != nullptr) return name;
   }
-  throw OsError("no folder for the socket of a bridge: " + words(errno));
+  throw OsError("no folder for the socket of a bridge: " + text_of(errno));
 }
 
 }  // namespace
 
 BridgeProcess::BridgeProcess(const BridgeCall& call, int priority)
-    : call_(call), priority_(priority), program_(beside_this_program()), folder_(make_folder()) {}
+    : call_(call), priority_(priority), program_(bridge_program()), folder_(make_folder()) {}
 
 BridgeProcess::~BridgeProcess() {
   stop();
@@ -58,47 +49,25 @@ BridgeProcess::~BridgeProcess() {
 }
 
 void BridgeProcess::start() {
-  if (const int error = spawn(); error != 0) throw OsError(program_.string() + ": " + words(error));
+  if (const int error = spawn(); error != 0)
+    throw OsError(program_.string() + ": " + text_of(error));
 }
 
 int BridgeProcess::spawn() {
   started_ns_ = hal::monotonic_ns();
   close_pipe();
-  int ends[2];
-  if (pipe2(ends, O_CLOEXEC | O_NONBLOCK) != 0) return errno;
-  said_ = ends[0];
-
-  std::vector<std::string> arguments{program_.string(), call_.name,
-                                     "--listen",        socket_path(),
-                                     "--parent",        std::to_string(getpid()),
-                                     "--priority",      std::to_string(priority_)};
-  arguments.insert(arguments.end(), call_.words.begin(), call_.words.end());
-  std::vector<char*> pointers;
-  for (std::string& argument : arguments) pointers.push_back(argument.data());
-  pointers.push_back(nullptr);
-
-  posix_spawn_file_actions_t files;
-  posix_spawnattr_t attributes;
-  (void)posix_spawn_file_actions_init(&files);
-  (void)posix_spawnattr_init(&attributes);
-  (void)posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  (void)posix_spawn_file_actions_adddup2(&files, ends[1], STDOUT_FILENO);
-  (void)posix_spawn_file_actions_adddup2(&files, ends[1], STDERR_FILENO);
-  sigset_t none, all;
-  sigemptyset(&none);
-  sigfillset(&all);
-  (void)posix_spawnattr_setsigmask(&attributes, &none);
-  (void)posix_spawnattr_setsigdefault(&attributes, &all);
-  (void)posix_spawnattr_setpgroup(&attributes, 0);
-  (void)posix_spawnattr_setflags(
-      &attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-  const int error =
-      posix_spawn(&pid_, program_.c_str(), &files, &attributes, pointers.data(), environ);
-  (void)posix_spawnattr_destroy(&attributes);
-  (void)posix_spawn_file_actions_destroy(&files);
-  close(ends[1]);
-  if (error != 0) pid_ = -1;
-  return error;
+  std::vector<std::string> words{call_.name,
+                                 "--listen",
+                                 socket_path(),
+                                 "--parent",
+                                 std::to_string(getpid()),
+                                 "--priority",
+                                 std::to_string(priority_)};
+  words.insert(words.end(), call_.words.begin(), call_.words.end());
+  const SpawnedBridge bridge = spawn_bridge(program_, std::move(words));
+  pid_ = bridge.pid;
+  said_ = bridge.said;
+  return bridge.error;
 }
 
 std::vector<std::string> BridgeProcess::look() {
@@ -113,7 +82,7 @@ std::vector<std::string> BridgeProcess::look() {
   if (pid_ > 0 || started_ns_ == 0 || hal::monotonic_ns() < started_ns_ + kAgain_ns) return lines;
   const int error = spawn();
   lines.push_back(error == 0 ? "the bridge is started again"
-                             : "the bridge cannot be started: " + words(error));
+                             : "the bridge cannot be started: " + text_of(error));
   return lines;
 }
 

@@ -14,9 +14,8 @@
 
 namespace haptic::tools {
 
-/// Owner: the thread that runs the session; nothing of it is on a real-time thread. The bridge has
-/// the rights of this process at the time of the start, no descriptor of it, and a group of its
-/// own: a Ctrl-C is the session's to follow. When this process ends, however, Linux tells it.
+/// Owner: the thread that runs the session; nothing of it is on a real-time thread. When this
+/// process ends, however that is, Linux tells the bridge, which takes the force away.
 class BridgeProcess {
  public:
   /// Makes the folder of the socket, which nobody else can enter. Starts nothing.

@@ -27,7 +27,8 @@ int main(int argc, char** argv) {
   static constexpr int kKept[] = {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO};
   (void)haptic::hal::close_inherited_descriptors(kKept);
   CLI::App program("Haptic devices on this machine.", "run_device");
-  const Command commands[] = {add_doctor_command(program), add_run_command(program)};
+  const Command commands[] = {add_doctor_command(program), add_list_command(program),
+                              add_run_command(program)};
   const std::vector<const char*> arguments = with_command(argc, argv);
   return run_program(program, commands,
                      "0 done, 1 a check failed, 2 usage, 3 bad input file, 4 the device or the "

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// run_device list [--json]
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "hal/drivers/driver_registry.hpp"
+#include "hal/realtime/plugged_devices.hpp"
+#include "tools/common/error.hpp"
+#include "tools/common/formatted.hpp"
+#include "tools/run_device/bridge_spawn.hpp"
+#include "tools/run_device/commands.hpp"
+
+namespace haptic::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct ListOptions {
+  bool json = false;
+  std::string root = "/";
+};
+
+/// A device that a configuration can begin with.
+struct Listed {
+  const hal::DriverRow* row = nullptr;
+  std::string name;     ///< for people
+  std::string address;  ///< for [device]; empty: none is needed
+  std::string words;
+};
+
+std::string address_of(const hal::PluggedDevice& d) {
+  std::string text = formatted("%04x:%04x", d.vendor_id, d.product_id);
+  if (!d.serial.empty()) return text + ":" + d.serial;
+  return text + "@" + d.bus_path;
+}
+
+std::string toml_of(const Listed& listed) {
+  std::string text = "[device]\ndriver = \"" + std::string(listed.row->name) + "\"\n";
+  if (!listed.address.empty()) text += "address = \"" + listed.address + "\"\n";
+  return text;
+}
+
+std::vector<Listed> on_usb(const std::vector<hal::PluggedDevice>& plugged) {
+  std::vector<Listed> found;
+  for (const hal::PluggedDevice& device : plugged) {
+    for (const hal::DriverRow& row : hal::driver_rows()) {
+      for (const hal::UsbIdentity& id : hal::identities_of(row)) {
+        if (id.vendor_id != device.vendor_id || id.product_id != device.product_id) continue;
+        const std::string name = device.product.empty() ? std::string(row.product) : device.product;
+        found.push_back({&row, name + " at " + device.bus_path, address_of(device), ""});
+      }
+    }
+  }
+  return found;
+}
+
+/// A bridge, and why it has found nothing.
+struct Absent {
+  std::string bridge, why;
+};
+
+std::vector<Listed> by_bridges(std::vector<Absent>& absent) {
+  std::vector<Listed> found;
+  for (const hal::DriverRow& row : hal::driver_rows()) {
+    if (!row.is_bridged) continue;
+    const BridgeAnswer answer = probe_bridge(bridge_program(), std::string(row.name));
+    if (answer.found)
+      found.push_back({&row, answer.name, "", answer.words});
+    else
+      absent.push_back({std::string(row.name), answer.why});
+  }
+  return found;
+}
+
+std::string indented(const std::string& text) {
+  std::string shown = "    ";
+  for (const char c : text) shown += c == '\n' ? std::string("\n    ") : std::string(1, c);
+  while (shown.ends_with(' ')) shown.pop_back();
+  return shown;
+}
+
+std::string text_of(const std::vector<Listed>& found, const std::vector<Absent>& absent) {
+  std::string text;
+  for (const Listed& listed : found) {
+    text += listed.name + ": driver " + std::string(listed.row->name) + ", tested against " +
+            std::string(listed.row->tested) + "\n";
+    if (!listed.words.empty()) text += "  " + listed.words + "\n";
+    text += indented(toml_of(listed));
+  }
+  for (const Absent& each : absent) text += each.bridge + ": " + each.why + "\n";
+  text += found.empty()
+              ? "no device was found; driver = \"sim\" needs none\n"
+              : std::to_string(found.size()) + (found.size() == 1 ? " device\n" : " devices\n");
+  return text;
+}
+
+ordered_json json_of(const std::vector<Listed>& found, const std::vector<Absent>& absent) {
+  ordered_json json{{"devices", ordered_json::array()}, {"absent", ordered_json::array()}};
+  for (const Listed& listed : found)
+    json["devices"].push_back({{"driver", listed.row->name},
+                               {"name", listed.name},
+                               {"address", listed.address},
+                               {"words", listed.words},
+                               {"tested", listed.row->tested},
+                               {"toml", toml_of(listed)}});
+  for (const Absent& each : absent)
+    json["absent"].push_back({{"bridge", each.bridge}, {"why", each.why}});
+  return json;
+}
+
+int list(const ListOptions& o) {
+  std::vector<Listed> found = on_usb(hal::plugged_devices(hal::SystemTree(o.root)));
+  std::vector<Absent> absent;
+  for (Listed& listed : by_bridges(absent)) found.push_back(std::move(listed));
+  const std::string text =
+      o.json
+          ? json_of(found, absent).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
+                "\n"
+          : text_of(found, absent);
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  return found.empty() ? kExitDeviceOrOs : kExitDone;
+}
+
+}  // namespace
+
+Command add_list_command(CLI::App& program) {
+  const auto o = std::make_shared<ListOptions>();
+  CLI::App* app = program.add_subcommand(
+      "list",
+      "Lists the devices that are plugged in or reached by a bridge, how each was tested, and the "
+      "lines of a configuration for it.");
+  app->add_flag("--json", o->json, "as JSON: devices, and why the other bridges found none");
+  app->add_option("--root", o->root, "folder to look at instead of / for what Linux has found");
+  app->footer("Exit codes: 0 done, 2 usage, 4 no device was found.");
+  return {app, [o] { return list(*o); }, "run_device list"};
+}
+
+}  // namespace haptic::tools
