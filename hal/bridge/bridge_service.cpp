@@ -40,7 +40,7 @@ class OpenBridge final : PortDevice {
   [[nodiscard]] int listen(const std::string& path) { return port_.listen(path); }
   [[nodiscard]] bool pass_period(const std::atomic<bool>& stop);
   [[nodiscard]] bool finish();
-  /// Of a device that is lost.
+  /// True: the device was lost because its samples were no poses.
   [[nodiscard]] bool says_nothing() const { return bad_samples_ >= kMostBadSamples; }
 
  private:

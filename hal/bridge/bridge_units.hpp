@@ -7,7 +7,7 @@
 
 namespace haptic::hal {
 
-/// What the protocol can say of a device: numbers beyond its ranges become the nearest that it has,
+/// Statement of a device about itself as the protocol has it: numbers beyond its ranges become the nearest that it has,
 /// the period at least 100 us and at most 20 ms. A driven degree of freedom without a largest force
 /// is not driven.
 [[nodiscard]] haptic_facts facts_of(const DeviceCapabilities& capabilities,

@@ -22,7 +22,7 @@ struct BridgeFacts {
   std::string words;  ///< what its owner has to know; may be empty
 };
 
-/// What the device says.
+/// A state of the device.
 struct BridgeSample {
   std::int64_t sampled_ns = 0;  ///< of CLOCK_MONOTONIC: when the device measured it, or it came
   PoseRecord pose_dh;           ///< handle point and handle axes in D
@@ -55,7 +55,7 @@ class BridgedDevice {
   [[nodiscard]] virtual const BridgeFacts& facts() const = 0;
   /// Takes in what has come; never waits.
   [[nodiscard]] virtual BridgeRead read(std::int64_t now_ns, BridgeSample& sample) = 0;
-  /// What the device has to exert from now on: within its capabilities, shortened already. Called
+  /// Hands over the wrench that the device exerts from now on: within its capabilities, shortened already. Called
   /// with each command as it comes, and every period while the drives are on. False: it could not
   /// be handed over.
   [[nodiscard]] virtual bool write(std::int64_t now_ns, const Wrench& wrench_d) = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What a bridge tells of its device: to a person, and as a line of JSON.
+/// Words of a bridge about its device: to a person, and as a line of JSON.
 
 #include <nlohmann/json.hpp>
 #include <string>

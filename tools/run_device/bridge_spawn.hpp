@@ -25,7 +25,7 @@ struct SpawnedBridge {
 [[nodiscard]] SpawnedBridge spawn_bridge(const std::filesystem::path& program,
                                          std::vector<std::string> words);
 
-/// What a bridge has found, for `run_device list`.
+/// Answer of a bridge that was to look for its device, for `run_device list`.
 struct BridgeAnswer {
   bool found = false;
   std::string name, words;  ///< of a device that was found

@@ -47,7 +47,7 @@ class RunLine {
   /// Events since the last look.
   void look(const RunStatus& status) { events_.look(status); }
   void tell_notes();
-  /// What its bridge says, as events.
+  /// Tells the words of its bridge as events.
   void look_at_bridge(double t_s);
   void stop() { link_->emergency_stop(); }
   void begin_ending() { bus_.begin_ending(); }
