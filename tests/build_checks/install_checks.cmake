@@ -60,7 +60,7 @@ if(HAPTIC_BUILD_TOOLS AND HAPTIC_INSTALL AND NOT CMAKE_CXX_FLAGS MATCHES "-fsani
   set(pages ${PROJECT_BINARY_DIR}/tools/package)
   if(HAPTIC_BASH)
     set(graph_compiler_also -DALSO=init)
-    foreach(program graph_compiler scene_inspect run_device host_sim host_lab)
+    foreach(program graph_compiler scene_inspect run_device device_bridge host_sim host_lab)
       haptic_build_check(program_pages.${program} ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:${program}> -DPAGES=${pages}
         -DBASH=${HAPTIC_BASH} ${${program}_also} -P ${checks}/program_pages.cmake)
     endforeach()

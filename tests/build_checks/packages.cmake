@@ -77,7 +77,7 @@ package(libhaptic-core-dev include/haptic/rt_core/haptic_core.hpp lib/haptic/lib
 package(libhaptic-hal-dev include/haptic/hal/drivers/driver.hpp lib/haptic/libhal.a)
 package(libhaptic0 lib/libhaptic.so.0)
 package(libhaptic-dev include/haptic.h lib/libhaptic.so lib/pkgconfig/haptic.pc)
-package(haptic-tools bin/graph_compiler bin/scene_inspect bin/host_sim bin/run_device share/man/man1/host_sim.1.gz
+package(haptic-tools bin/graph_compiler bin/scene_inspect bin/host_sim bin/run_device bin/device_bridge share/man/man1/host_sim.1.gz
   share/bash-completion/completions/run_device lib/udev/rules.d/60-haptic.rules lib/systemd/system/haptic-run.service
   lib/sysusers.d/haptic.conf lib/tmpfiles.d/haptic.conf share/haptic/scenes/square_peg_five/scene.toml
   share/doc/haptic-tools/README.md share/doc/haptic-tools/host_sim/COMMANDS.md share/doc/haptic-tools/host_sim/COLUMNS.md

@@ -5,7 +5,7 @@ mark_as_advanced(HAPTIC_READELF)
 set(hardened_program ${CMAKE_COMMAND} -DREADELF=${HAPTIC_READELF} "-DSKIP=${skip_compiled}")
 
 if(HAPTIC_BUILD_TOOLS)
-  foreach(program run_device host_sim host_lab graph_compiler scene_inspect haptic)
+  foreach(program run_device device_bridge host_sim host_lab graph_compiler scene_inspect haptic)
     haptic_build_check(hardened_program.${program} ${hardened_program} -DPROGRAM=$<TARGET_FILE:${program}>
       -P ${checks}/hardened_program.cmake)
   endforeach()

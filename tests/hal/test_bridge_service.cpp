@@ -23,7 +23,7 @@ using namespace haptic::hal;
 
 namespace {
 
-constexpr int kMostLooks = 20'000;  // of half a millisecond each: patience, not a time
+constexpr int kPatience = 20'000;  // of half a millisecond each: patience, not a time
 
 /// A device in memory, as the test wants it.
 class PlayedDevice final : public BridgedDevice {
@@ -109,8 +109,8 @@ class PlayedDevice final : public BridgedDevice {
 };
 
 /// The service on a thread of its own.
-struct Served {
-  explicit Served(std::int64_t watchdog_ns = 20'000'000) {
+struct ServedBridge {
+  explicit ServedBridge(std::int64_t watchdog_ns = 20'000'000) {
     static std::atomic<int> count{0};
     settings.path =
         "/tmp/haptic_bridge_" + std::to_string(getpid()) + "_" + std::to_string(count++);
@@ -122,9 +122,9 @@ struct Served {
     };
     thread = std::thread([this] { result = serve_bridge(device, settings, stop); });
   }
-  ~Served() { end(); }
-  Served(const Served&) = delete;
-  Served& operator=(const Served&) = delete;
+  ~ServedBridge() { end(); }
+  ServedBridge(const ServedBridge&) = delete;
+  ServedBridge& operator=(const ServedBridge&) = delete;
   void end() {
     stop.store(true);
     if (thread.joinable()) thread.join();
@@ -147,8 +147,8 @@ struct Served {
 };
 
 template <typename Condition>
-bool comes(const Condition& condition) {
-  for (int k = 0; k < kMostLooks; ++k) {
+bool bridge_comes(const Condition& condition) {
+  for (int k = 0; k < kPatience; ++k) {
     if (condition()) return true;
     usleep(500);
   }
@@ -156,12 +156,12 @@ bool comes(const Condition& condition) {
 }
 
 /// Driver and peer as a link has them.
-class Host final : UsbPort {
+class BridgeHost final : UsbPort {
  public:
-  explicit Host(const std::string& path) : peer_(path) {}
+  explicit BridgeHost(const std::string& path) : peer_(path) {}
 
   [[nodiscard]] bool connect() {
-    return comes([&] {
+    return bridge_comes([&] {
       return peer_.plug(monotonic_ns()) == HalStatus::kOk && driver.start(*this) == HalStatus::kOk;
     });
   }
@@ -185,7 +185,7 @@ class Host final : UsbPort {
   }
   /// Until the drives are on and the device has the force.
   bool push(PlayedDevice& device, double force_n) {
-    return comes([&] {
+    return bridge_comes([&] {
       turn(driver.receipt().drives_on ? force_n : 0);
       return std::abs(device.force_n() - force_n) < 2.0e-5;
     });
@@ -216,18 +216,18 @@ class Host final : UsbPort {
   std::uint64_t tick_ = 0;
 };
 
-constexpr double kPush_n = 3;
+constexpr double kBridgePush_n = 3;
 
 }  // namespace
 
 TEST_SUITE("hal.bridge_service") {
   TEST_CASE("a device behind a bridge states itself, is felt, and lets go at the end") {
-    Served served;
-    Host host(served.settings.path);
+    ServedBridge served;
+    BridgeHost host(served.settings.path);
     REQUIRE(host.connect());
     CHECK(host.driver.capabilities().max_force_n == doctest::Approx(8));
     CHECK(host.driver.capabilities().watchdog_ns == 20'000'000);
-    REQUIRE(host.push(served.device, kPush_n));
+    REQUIRE(host.push(served.device, kBridgePush_n));
     CHECK(host.state.pose_dh.p_m[0] == doctest::Approx(0.01));
     CHECK(host.state.link == LinkState::kReady);
     served.end();
@@ -238,62 +238,62 @@ TEST_SUITE("hal.bridge_service") {
   }
 
   TEST_CASE("commands that stop cut the force, and none comes back without a word of the host") {
-    Served served;
-    Host host(served.settings.path);
+    ServedBridge served;
+    BridgeHost host(served.settings.path);
     REQUIRE(host.connect());
-    REQUIRE(host.push(served.device, kPush_n));
-    CHECK(comes([&] { return served.device.force_n() == 0; }));
+    REQUIRE(host.push(served.device, kBridgePush_n));
+    CHECK(bridge_comes([&] { return served.device.force_n() == 0; }));
     const int writes = served.device.writes();
-    REQUIRE(comes([&] { return host.turn(kPush_n); }));
+    REQUIRE(bridge_comes([&] { return host.turn(kBridgePush_n); }));
     CHECK((host.state.faults & kDeviceWatchdogCut) != 0);
-    for (int k = 0; k < 20; ++k) host.command(kPush_n);
+    for (int k = 0; k < 20; ++k) host.command(kBridgePush_n);
     CHECK(served.device.writes() == writes);
-    CHECK(host.push(served.device, kPush_n));  // the driver acknowledges, and begins at zero
+    CHECK(host.push(served.device, kBridgePush_n));  // the driver acknowledges, and begins at zero
   }
 
   TEST_CASE("a host that goes takes its force with it") {
-    Served served(1'000'000'000);
-    Host host(served.settings.path);
+    ServedBridge served(1'000'000'000);
+    BridgeHost host(served.settings.path);
     REQUIRE(host.connect());
-    REQUIRE(host.push(served.device, kPush_n));
+    REQUIRE(host.push(served.device, kBridgePush_n));
     host.go();
-    CHECK(comes([&] { return served.device.force_n() == 0; }));
+    CHECK(bridge_comes([&] { return served.device.force_n() == 0; }));
   }
 
   TEST_CASE("a device that is unplugged sends its host away, and comes back") {
-    Served served;
-    Host host(served.settings.path);
+    ServedBridge served;
+    BridgeHost host(served.settings.path);
     REQUIRE(host.connect());
     served.device.be_there(false);
-    CHECK(comes([&] { return host.gone(); }));
-    CHECK(comes([&] { return served.said("it is not plugged in"); }));
+    CHECK(bridge_comes([&] { return host.gone(); }));
+    CHECK(bridge_comes([&] { return served.said("it is not plugged in"); }));
     served.device.be_there(true);
     REQUIRE(host.connect());
-    CHECK(host.push(served.device, kPush_n));
+    CHECK(host.push(served.device, kBridgePush_n));
     CHECK(served.device.opened() == 2);
   }
 
   TEST_CASE("a device that takes no force has a drive fault until it does") {
-    Served served;
-    Host host(served.settings.path);
+    ServedBridge served;
+    BridgeHost host(served.settings.path);
     REQUIRE(host.connect());
-    REQUIRE(host.push(served.device, kPush_n));
+    REQUIRE(host.push(served.device, kBridgePush_n));
     served.device.take(false);
-    CHECK(
-        comes([&] { return host.turn(kPush_n) && (host.state.faults & kDeviceDriveFault) != 0; }));
+    CHECK(bridge_comes(
+        [&] { return host.turn(kBridgePush_n) && (host.state.faults & kDeviceDriveFault) != 0; }));
     CHECK_FALSE(host.driver.receipt().drives_on);
     served.device.take(true);
-    CHECK(comes([&] { return served.device.force_n() == 0; }));
-    CHECK(host.push(served.device, kPush_n));
+    CHECK(bridge_comes([&] { return served.device.force_n() == 0; }));
+    CHECK(host.push(served.device, kBridgePush_n));
   }
 
   TEST_CASE("silence is no report, and does not keep the force on") {
-    Served served;
-    Host host(served.settings.path);
+    ServedBridge served;
+    BridgeHost host(served.settings.path);
     REQUIRE(host.connect());
-    REQUIRE(host.push(served.device, kPush_n));
+    REQUIRE(host.push(served.device, kBridgePush_n));
     served.device.say(BridgeRead::kSilent);
-    CHECK(comes([&] { return served.device.force_n() == 0; }));
+    CHECK(bridge_comes([&] { return served.device.force_n() == 0; }));
     usleep(5000);
     while (host.turn(0)) {
     }
@@ -302,18 +302,18 @@ TEST_SUITE("hal.bridge_service") {
     served.device.say(BridgeRead::kSame);
     CHECK_FALSE(host.turn(0));  // silent until there is something new
     served.device.say(BridgeRead::kNew);
-    CHECK(host.push(served.device, kPush_n));
+    CHECK(host.push(served.device, kBridgePush_n));
   }
 
   TEST_CASE("a pose that is none is not reported, and many of them are no device") {
-    Served served;
-    Host host(served.settings.path);
+    ServedBridge served;
+    BridgeHost host(served.settings.path);
     REQUIRE(host.connect());
     BridgeSample sample;
     sample.calibrated = true;
     sample.pose_dh.p_m[1] = std::numeric_limits<Real>::quiet_NaN();
     served.device.sample(sample);
-    CHECK(comes([&] { return host.gone(); }));
+    CHECK(bridge_comes([&] { return host.gone(); }));
     CHECK(served.said("played device sends what is no pose"));
   }
 

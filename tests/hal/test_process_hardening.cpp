@@ -13,6 +13,7 @@
 #include <sys/ptrace.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/uio.h>
 #include <unistd.h>
@@ -22,6 +23,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstddef>
+#include <cstdio>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -101,6 +103,12 @@ bool have_only(unsigned long long mask) {
   return has_only("CapPrm:", mask) && has_only("CapEff:", mask) && has_only("CapInh:", 0) &&
          has_only("CapAmb:", 0);
 }
+
+#if defined(__x86_64__)
+constexpr bool kFilterIsOfX86 = true;
+#else
+constexpr bool kFilterIsOfX86 = false;
+#endif
 
 constexpr unsigned long long bit_of(unsigned capability) { return 1ULL << capability; }
 
@@ -260,6 +268,29 @@ TEST_SUITE("hal.process_hardening") {
             if (prctl(PR_GET_NO_NEW_PRIVS, 0, 0, 0, 0) != 1) return 3;
             return setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) - 1) != 0 ? 0 : 4;
           }).exit_code == 0);
+  }
+
+  TEST_CASE("confine_bridge: no program, no other process, no name of a file; the rest as before") {
+    if (!can_be_confined()) return;
+    const ProcessEnd end = end_of([] {
+      if (confine_bridge() != 0) return 1;
+      const auto is_refused = [](long result) { return result == -1 && errno == EPERM; };
+      char* none[] = {nullptr};
+      if (!is_refused(execve("/bin/true", none, none))) return 2;
+      if (!is_refused(ptrace(PTRACE_ATTACH, getppid(), nullptr, nullptr))) return 3;
+      if (!is_refused(std::rename("/nowhere/a", "/nowhere/b"))) return 4;
+      if (!is_refused(chmod("/nowhere", 0))) return 5;
+      if (socket(AF_UNIX, SOCK_STREAM, 0) < 0 || open("/dev/null", O_RDWR) < 0) return 6;
+      return 0;
+    });
+    CHECK(end.exit_code == 0);
+    if (kFilterIsOfX86) {
+      const ProcessEnd other = end_of([] {
+        if (confine_bridge() != 0) return 1;
+        return syscall(0x40000000L | 39L) == 0 ? 2 : 0;
+      });
+      CHECK(other.signal == SIGSYS);
+    }
   }
 
   TEST_CASE("drop_capabilities: priority and locked memory as limits, no capability left") {
