@@ -40,6 +40,7 @@ class OpenBridge final : PortDevice {
   [[nodiscard]] int listen(const std::string& path) { return port_.listen(path); }
   [[nodiscard]] bool pass_period(const std::atomic<bool>& stop);
   [[nodiscard]] bool finish();
+  [[nodiscard]] bool holds_unasked() const;
   /// True: the device was lost because its samples were no poses.
   [[nodiscard]] bool says_nothing() const { return bad_samples_ >= kMostBadSamples; }
 
@@ -47,7 +48,7 @@ class OpenBridge final : PortDevice {
   void sleep_until_woken(std::int64_t until_ns);
   [[nodiscard]] bool look();
   void report();
-  void drive();
+  bool drive();
 
   // The device behind the port.
   void begin() override { haptic_device_bus_event(&firmware_); }
@@ -84,7 +85,6 @@ bool OpenBridge::pass_period(const std::atomic<bool>& stop) {
   }
   if (!is_new_ && !look()) return false;
   report();
-  drive();
   return true;
 }
 
@@ -94,7 +94,7 @@ bool OpenBridge::finish() {
   const std::int64_t until_ns = monotonic_ns() + kLongestRelease_ns;
   while (!is_released_ && monotonic_ns() < until_ns) {
     (void)sleep_until(monotonic_ns() + kMs_ns);
-    drive();
+    (void)drive();
   }
   return is_released_;
 }
@@ -137,7 +137,7 @@ bool OpenBridge::look() {
 }
 
 /// The firmware's period, which looks after the watchdog; the host hears of it unless the device is
-/// silent.
+/// silent, or has a force that it should not have.
 void OpenBridge::report() {
   reported_ns_ = monotonic_ns();
   haptic_sample told = sample_;
@@ -148,21 +148,31 @@ void OpenBridge::report() {
   }
   std::array<std::uint8_t, HAPTIC_REPORT_BYTES> bytes{};
   const std::size_t size = haptic_device_period(&firmware_, &told, bytes.data(), bytes.size());
-  if (!is_silent_) port_.publish(std::span(bytes).first(size), sampled_ns_);
+  (void)drive();
+  // A report would say that the drives are off.
+  if (!is_silent_ && !holds_unasked()) port_.publish(std::span(bytes).first(size), sampled_ns_);
   is_new_ = false;
 }
 
-/// The device gets what the firmware would give its motors.
-void OpenBridge::drive() {
+/// The device gets what the firmware would give its motors. False: it could not be handed over.
+bool OpenBridge::drive() {
   const haptic_drive& drive = *haptic_device_drive(&firmware_);
   const std::int64_t now_ns = monotonic_ns();
   if (drive.is_on != 0) {
     is_released_ = false;
     missed_writes_ = device_.write(now_ns, wrench_of(drive)) ? 0 : missed_writes_ + 1;
-  } else if (!is_released_ && device_.release(now_ns)) {
+    return missed_writes_ == 0;
+  }
+  if (!is_released_ && device_.release(now_ns)) {
     is_released_ = true;
     missed_writes_ = 0;
   }
+  return is_released_;
+}
+
+/// True while the firmware has taken the force away and the device has not heard of it.
+bool OpenBridge::holds_unasked() const {
+  return !is_released_ && haptic_device_drive(&firmware_)->is_on == 0;
 }
 
 std::ptrdiff_t OpenBridge::control(const ControlRequest& request,
@@ -173,13 +183,15 @@ std::ptrdiff_t OpenBridge::control(const ControlRequest& request,
 }
 
 void OpenBridge::command(std::span<const std::uint8_t> bytes) {
+  // A command is accepted by a device that has taken the one before it: the host counts on that.
+  if ((missed_writes_ > 0 || holds_unasked()) && !drive()) return;
   const std::uint64_t now_us = in_us(monotonic_ns());
-  if (haptic_device_command(&firmware_, bytes.data(), bytes.size(), now_us) != 0) drive();
+  if (haptic_device_command(&firmware_, bytes.data(), bytes.size(), now_us) != 0) (void)drive();
 }
 
 void OpenBridge::end() {
   haptic_device_bus_event(&firmware_);
-  drive();
+  (void)drive();
 }
 
 /// Waits for the next try; false: `stop`.

@@ -27,7 +27,9 @@ struct BridgeSettings {
 /// and returns. A host finds the socket only while the device is open, and is sent away when the
 /// device is lost: to the host it is unplugged. Force is off without a host, after the watchdog's
 /// time without an accepted command, while the device cannot be handed its force (after
-/// kMostMissedWrites), and whenever the protocol says so.
+/// kMostMissedWrites), and whenever the protocol says so. A command is accepted only by a device
+/// that has taken the one before it, and no report comes while the device has a force that was
+/// taken away: the host never believes that there is less force than there is.
 /// @return 0, or an errno of listening.
 [[nodiscard]] int serve_bridge(BridgedDevice& device, const BridgeSettings& settings,
                                const std::atomic<bool>& stop);

@@ -78,8 +78,8 @@ bool sample_of(const BridgeSample& sample, haptic_sample& out) noexcept {
     made.orientation[k] =
         in_units<std::int32_t>(double{pose.q_xyzw[k]} / length, kReferenceOrientationUnit);
   const TwistRecord& twist = sample.twist_d;
-  const bool has_twist = sample.twist_valid && all_finite(twist.linear_m_per_s) &&
-                         all_finite(twist.angular_rad_per_s);
+  const bool has_twist =
+      sample.twist_valid && all_finite(twist.linear_m_per_s) && all_finite(twist.angular_rad_per_s);
   made.twist_is_missing = !has_twist;
   for (std::size_t k = 0; has_twist && k < 3; ++k) {
     made.velocity_um_per_s[k] =

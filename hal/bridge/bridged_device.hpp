@@ -55,9 +55,9 @@ class BridgedDevice {
   [[nodiscard]] virtual const BridgeFacts& facts() const = 0;
   /// Takes in what has come; never waits.
   [[nodiscard]] virtual BridgeRead read(std::int64_t now_ns, BridgeSample& sample) = 0;
-  /// Hands over the wrench that the device exerts from now on: within its capabilities, shortened already. Called
-  /// with each command as it comes, and every period while the drives are on. False: it could not
-  /// be handed over.
+  /// Hands over the wrench that the device exerts from now on: within its capabilities, shortened
+  /// already. Called with each command as it comes, and every period while the drives are on.
+  /// False: it could not be handed over.
   [[nodiscard]] virtual bool write(std::int64_t now_ns, const Wrench& wrench_d) = 0;
   /// Force off, now: the session's end, the watchdog, a lost host. Called again every period until
   /// it has been handed over. False: not yet.

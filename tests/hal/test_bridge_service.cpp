@@ -244,8 +244,8 @@ TEST_SUITE("hal.bridge_service") {
     REQUIRE(host.push(served.device, kBridgePush_n));
     CHECK(bridge_comes([&] { return served.device.force_n() == 0; }));
     const int writes = served.device.writes();
-    REQUIRE(bridge_comes([&] { return host.turn(kBridgePush_n); }));
-    CHECK((host.state.faults & kDeviceWatchdogCut) != 0);
+    CHECK(bridge_comes(
+        [&] { return host.turn(kBridgePush_n) && (host.state.faults & kDeviceWatchdogCut) != 0; }));
     for (int k = 0; k < 20; ++k) host.command(kBridgePush_n);
     CHECK(served.device.writes() == writes);
     CHECK(host.push(served.device, kBridgePush_n));  // the driver acknowledges, and begins at zero
@@ -273,17 +273,24 @@ TEST_SUITE("hal.bridge_service") {
     CHECK(served.device.opened() == 2);
   }
 
-  TEST_CASE("a device that takes no force has a drive fault until it does") {
+  TEST_CASE("a device that takes no command accepts none, and is silent with a force taken away") {
     ServedBridge served;
     BridgeHost host(served.settings.path);
     REQUIRE(host.connect());
     REQUIRE(host.push(served.device, kBridgePush_n));
     served.device.take(false);
-    CHECK(bridge_comes(
-        [&] { return host.turn(kBridgePush_n) && (host.state.faults & kDeviceDriveFault) != 0; }));
-    CHECK_FALSE(host.driver.receipt().drives_on);
+    for (int k = 0; k < 100; ++k) {
+      host.turn(0);
+      usleep(500);
+    }
+    CHECK(served.device.force_n() == doctest::Approx(kBridgePush_n));
+    CHECK(host.driver.receipt().drives_on);  // by the last report, before it became silent
+    CHECK(is_newer(host.driver.receipt().sent, host.driver.receipt().accepted));
+    CHECK_FALSE(host.turn(0));
     served.device.take(true);
     CHECK(bridge_comes([&] { return served.device.force_n() == 0; }));
+    CHECK(bridge_comes([&] { return host.turn(0); }));
+    CHECK((host.state.faults & (kDeviceDriveFault | kDeviceWatchdogCut)) != 0);
     CHECK(host.push(served.device, kBridgePush_n));
   }
 
