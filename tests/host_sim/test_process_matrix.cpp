@@ -87,6 +87,9 @@ TEST_SUITE("host_sim.process_matrix") {
         {ProcessVictim::kDevice, "deaf for 5 ms"},
         {ProcessVictim::kDevice, "deaf for 300 ms"},
         {ProcessVictim::kDevice, "deaf for 450 ms while the guardian gets SIGKILL"},
+        {ProcessVictim::kBridge, "SIGKILL"},
+        {ProcessVictim::kBridge, "stopped for 1000 ms"},
+        {ProcessVictim::kBridge, "scribbles 0x41"},
         {ProcessVictim::kLogReader, "stops reading, then SIGTERM"}};
     ProcessMatrixOptions options;
     options.quick = true;
@@ -111,6 +114,8 @@ TEST_SUITE("host_sim.process_matrix") {
     CHECK(verdicts.size() ==
           process_faults().size() * static_cast<std::size_t>(OperatorState::kCount));
     CHECK(failures_of(verdicts) == "");
+    options.bridged = true;
+    CHECK(failures_of(run_process_matrix(options)) == "");
   }
 
   TEST_CASE("README.md of hal: its table of processes is the matrix's") {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim faults --out DIR [--quick] [--processes] [--carrier usb|direct] [--report-clocked]
+// host_sim faults --out DIR [--quick] [--processes [--bridged]] [--carrier usb|direct]
+// [--report-clocked]
 //                 [--hands 1|2] [--threads N]
 #include <algorithm>
 #include <cstdio>
@@ -21,13 +22,14 @@ namespace {
 struct FaultsArguments {
   std::string out;
   FaultMatrixOptions matrix;
-  bool processes = false;
+  bool processes = false, bridged = false;
 };
 
 int do_process_faults(const FaultsArguments& o) {
   tools::claim_folder(o.out, "--out", {"processes*"});
   ProcessMatrixOptions options;
   options.quick = o.matrix.quick;
+  options.bridged = o.bridged;
   options.told = [](const ProcessVerdict& v) {
     std::printf("%s, %s, %s: %s\n", to_text(v.cell.fault->victim), v.cell.fault->name,
                 to_text(v.cell.state), v.failures.empty() ? "holds" : "FAILS");
@@ -78,6 +80,10 @@ Command add_faults_command(CLI::App& program) {
       "--processes", o->processes,
       "in place of the device's faults: those of every process of run_device, in real time; "
       "processes.csv, processes.md, processes.svg");
+  app->add_flag("--bridged", o->bridged,
+                "with --processes: the device is behind a bridge in every case, not in those of "
+                "the bridge alone")
+      ->needs("--processes");
   tools::add_choice<StackCarrier>(
       *app, "--carrier", o->matrix.run.carrier,
       {{"usb", StackCarrier::kUsb}, {"direct", StackCarrier::kDirect}},

@@ -33,6 +33,23 @@ std::string text_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+struct SharedMapping {
+  std::uint64_t begin = 0, end = 0;
+  bool writable = false;
+};
+
+std::vector<SharedMapping> shared_mappings(pid_t process) {
+  std::vector<SharedMapping> found;
+  std::istringstream maps(text_of("/proc/" + std::to_string(process) + "/maps"));
+  for (std::string line; std::getline(maps, line);) {
+    unsigned long long begin = 0, end = 0;
+    char rights[5] = {};
+    if (std::sscanf(line.c_str(), "%llx-%llx %4s", &begin, &end, rights) != 3) continue;
+    if (rights[3] == 's') found.push_back({begin, end, rights[1] == 'w'});
+  }
+  return found;
+}
+
 pid_t child_by_name(pid_t parent, const std::string& name) {
   const std::string number = std::to_string(parent);
   std::istringstream children(text_of("/proc/" + number + "/task/" + number + "/children"));
@@ -121,35 +138,27 @@ bool DeviceProgram::signal(ProgramPart part, int number) {
 
 bool DeviceProgram::signal_group(int number) { return kill(-pid_, number) == 0; }
 
-std::vector<DeviceProgram::Mapping> DeviceProgram::shared_mappings(ProgramPart part) {
-  std::vector<Mapping> found;
-  std::istringstream maps(text_of("/proc/" + std::to_string(pid(part)) + "/maps"));
-  for (std::string line; std::getline(maps, line);) {
-    unsigned long long begin = 0, end = 0;
-    char rights[5] = {};
-    if (std::sscanf(line.c_str(), "%llx-%llx %4s", &begin, &end, rights) != 3) continue;
-    if (rights[3] == 's') found.push_back({begin, end, rights[1] == 'w'});
-  }
-  return found;
-}
-
-std::size_t DeviceProgram::scribble(ProgramPart part, const std::vector<std::byte>& pattern) {
+std::size_t scribble_shared(pid_t process, const std::vector<std::byte>& pattern) {
   std::size_t total = 0;
-  for (const Mapping& mapping : shared_mappings(part)) {
+  for (const SharedMapping& mapping : shared_mappings(process)) {
     if (!mapping.writable) continue;
     std::vector<std::byte> bytes(mapping.end - mapping.begin);
     for (std::size_t k = 0; k < bytes.size(); ++k) bytes[k] = pattern[k % pattern.size()];
     const iovec here{bytes.data(), bytes.size()};
     const iovec there{reinterpret_cast<void*>(mapping.begin), bytes.size()};
-    const ssize_t written = process_vm_writev(pid(part), &here, 1, &there, 1, 0);
+    const ssize_t written = process_vm_writev(process, &here, 1, &there, 1, 0);
     if (written > 0) total += static_cast<std::size_t>(written);
   }
   return total;
 }
 
+std::size_t DeviceProgram::scribble(ProgramPart part, const std::vector<std::byte>& pattern) {
+  return scribble_shared(pid(part), pattern);
+}
+
 std::size_t DeviceProgram::writable_read_only(ProgramPart part) {
   std::size_t total = 0;
-  for (const Mapping& mapping : shared_mappings(part)) {
+  for (const SharedMapping& mapping : shared_mappings(pid(part))) {
     if (mapping.writable) continue;
     std::byte byte{};
     const iovec here{&byte, 1};

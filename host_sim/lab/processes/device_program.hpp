@@ -55,12 +55,6 @@ class DeviceProgram {
   [[nodiscard]] std::string said() const;
 
  private:
-  struct Mapping {
-    std::uint64_t begin = 0, end = 0;
-    bool writable = false;
-  };
-  [[nodiscard]] std::vector<Mapping> shared_mappings(ProgramPart part);
-
   std::string out_;
   pid_t pid_ = -1;
   pid_t parts_[4] = {};
@@ -70,5 +64,9 @@ class DeviceProgram {
 
 /// run_device next to this program. @throws tools::InputError  it is not there
 [[nodiscard]] std::string device_program_path();
+
+/// Overwrites every page of every shared mapping that a process can write to itself.
+/// @return bytes overwritten
+std::size_t scribble_shared(pid_t process, const std::vector<std::byte>& pattern);
 
 }  // namespace haptic::sim

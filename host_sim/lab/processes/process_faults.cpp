@@ -67,6 +67,18 @@ constexpr ProcessFault kFaults[] = {
     {"deaf for 1500 ms", V::kDevice, C::kDeaf, 1500, O::kZeroAtOnce, -1, "", kNoCrash},
     {"deaf for 450 ms while the guardian gets SIGKILL", V::kDevice, C::kDeafThenKill, 450,
      O::kZeroAtOnce, 128 + SIGKILL},
+    {"SIGKILL", V::kBridge, C::kSignal, SIGKILL, O::kZeroAtOnce, -1, "the device is away",
+     kNoCrash},
+    {"SIGSEGV", V::kBridge, C::kSignal, SIGSEGV, O::kZeroAtOnce, -1, "the device is away",
+     kNoCrash},
+    {"SIGTERM", V::kBridge, C::kSignal, SIGTERM, O::kZeroAtOnce, -1, "the device is away",
+     kNoCrash},
+    {"SIGSTOP", V::kBridge, C::kSignal, SIGSTOP, O::kZeroAtOnce, -1, "", kNoCrash},
+    {"stopped for 5 ms", V::kBridge, C::kStopThenGo, 5, O::kBounded, -1, "", kNoCrash},
+    {"stopped for 1000 ms", V::kBridge, C::kStopThenGo, 1000, O::kZeroAtOnce, -1, "", kNoCrash},
+    {"scribbles 0x41", V::kBridge, C::kScribble, 0x41, O::kBounded, -1, "", kNoCrash},
+    {"scribbles 0xff", V::kBridge, C::kScribble, 0xff, O::kBounded, -1, "", kNoCrash},
+    {"scribbles at random", V::kBridge, C::kScribble, -1, O::kBounded, -1, "", kNoCrash},
 };
 
 }  // namespace
@@ -79,8 +91,8 @@ const char* to_text(OperatorState state) {
 
 const char* to_text(ProcessVictim victim) {
   constexpr const char* kTexts[] = {
-      "servo",    "spare",      "servo and spare", "guardian",      "zero-keeper",   "whole group",
-      "terminal", "log reader", "second program",  "second device", "device process"};
+      "servo",    "spare",      "servo and spare", "guardian",      "zero-keeper",    "whole group",
+      "terminal", "log reader", "second program",  "second device", "device process", "bridge"};
   return kTexts[static_cast<std::size_t>(victim)];
 }
 

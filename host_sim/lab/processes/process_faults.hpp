@@ -32,7 +32,8 @@ enum class ProcessVictim : std::uint8_t {
   kLogReader,
   kSecondProgram,
   kSecondDevice,
-  kDevice  ///< the process that serves it
+  kDevice,  ///< the process that serves it
+  kBridge   ///< between it and run_device
 };
 [[nodiscard]] const char* to_text(ProcessVictim victim);
 
@@ -44,6 +45,7 @@ enum class ProcessCause : std::uint8_t {
   kStopReading,  ///< nobody reads any more; then SIGTERM
   kStart,        ///< another run_device on the same device
   kReplace,      ///< the device is unplugged, another of 0.2 N is plugged in
+  kStopThenGo,   ///< SIGSTOP, and SIGCONT after ProcessFault::number ms
   kDeaf,         ///< it looks at no command for ProcessFault::number ms, and goes on reporting
   kDeafThenKill  ///< the same, and the guardian is killed on the way
 };

@@ -21,6 +21,7 @@
 #include "host_sim/lab/faults/fault_run.hpp"
 #include "host_sim/lab/processes/device_program.hpp"
 #include "host_sim/lab/processes/process_judge.hpp"
+#include "host_sim/lab/processes/relay_bridge.hpp"
 #include "rt_core/safety/arming.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
@@ -117,10 +118,15 @@ void note_lines(const std::string& output, std::size_t from, ProcessVerdict& ver
 /// One cell, played.
 class ProcessPlay {
  public:
-  ProcessPlay(const Bench& bench, const ProcessCase& cell)
+  /// `bridged`: a bridge is between the program and the device.
+  ProcessPlay(const Bench& bench, const ProcessCase& cell, bool bridged)
       : bench_(bench),
         cell_(cell),
-        device_(bench.file("device.sock"), device_settings(kProcessDevice_n)) {
+        bridge_(bridged ? std::make_unique<RelayBridge>(bench.file("device.sock"),
+                                                        bench.file("relayed.sock"))
+                        : nullptr),
+        device_(bench.file(bridged ? "relayed.sock" : "device.sock"),
+                device_settings(kProcessDevice_n)) {
     std::filesystem::remove(bench.file("crash.csv"));
     const ProcessFault& fault = *cell.fault;
     const bool pipe = fault.victim == ProcessVictim::kLogReader;
@@ -146,6 +152,7 @@ class ProcessPlay {
 
   const Bench& bench_;
   const ProcessCase& cell_;
+  std::unique_ptr<RelayBridge> bridge_;  ///< forked before the device has its thread
   ServedDevice device_;
   ProgramReader reader_ = ProgramReader::kFile;
   std::size_t told_before_ = 0;
@@ -176,7 +183,12 @@ bool ProcessPlay::press() {
 }
 
 bool ProcessPlay::reach() {
-  if (!comes([&] { return device_.hosts() == 1; })) {
+  // The bridge is the device's host before the program is.
+  const auto is_taken = [&] {
+    return bridge_ == nullptr ? device_.hosts() == 1
+                              : program_->said().find("the device reports") != std::string::npos;
+  };
+  if (!comes(is_taken)) {
     throw tools::InputError("run_device does not take the device: " + program_->said());
   }
   sleep_ms(50);
@@ -232,6 +244,9 @@ void ProcessPlay::send(int number) {
     case ProcessVictim::kGroup:
       (void)program_->signal_group(number);
       break;
+    case ProcessVictim::kBridge:
+      (void)kill(bridge_->pid(), number);
+      break;
     default:
       (void)program_->signal(ProgramPart::kGuardian, number);
       break;
@@ -250,6 +265,11 @@ void ProcessPlay::harm(ProcessVerdict& verdict) {
       send(fault.number);
       break;
     case ProcessCause::kScribble: {
+      if (fault.victim == ProcessVictim::kBridge) {
+        verdict.found.scribbled = scribble_shared(bridge_->pid(), pattern_of(fault.number));
+        if (verdict.found.scribbled == 0) verdict.failures.push_back("nothing was overwritten");
+        break;
+      }
       const bool spare = fault.victim == ProcessVictim::kSpare;
       const ProgramPart part = spare ? ProgramPart::kSpare : ProgramPart::kServo;
       verdict.found.scribbled = program_->scribble(part, pattern_of(fault.number));
@@ -277,6 +297,11 @@ void ProcessPlay::harm(ProcessVerdict& verdict) {
     case ProcessCause::kReplace:
       device_.replace(device_settings(kOtherProcessDevice_n));
       break;
+    case ProcessCause::kStopThenGo:
+      send(SIGSTOP);
+      sleep_ms(fault.number);
+      send(SIGCONT);
+      break;
     case ProcessCause::kDeaf:
       device_.be_deaf(true);
       sleep_ms(fault.number);
@@ -300,7 +325,8 @@ void ProcessPlay::watch(ProcessVerdict& verdict) {
   note_lines(program_->output(), told_before_, verdict);
   if (fault.cause == ProcessCause::kStart) {
     (void)comes([&] { return second_->exit_code().has_value(); });
-    if (second_->exit_code() != 4 || device_.hosts() != 1 || device_.refused() == 0)
+    const bool is_refused = bridge_ != nullptr || device_.refused() > 0;
+    if (second_->exit_code() != 4 || device_.hosts() != 1 || !is_refused)
       verdict.failures.push_back("the second program was not refused: " + second_->said());
   }
   if (fault.cause == ProcessCause::kReplace) {
@@ -366,13 +392,14 @@ bool spoiled_by_machine(const ProcessVerdict& v) {
   return v.found.largest_late_ms > kSpoiled_ms || (let_go && !hung);
 }
 
-ProcessVerdict play(const Bench& bench, const ProcessCase& cell, double slew_n_per_s) {
+ProcessVerdict play(const Bench& bench, const ProcessCase& cell, bool bridged,
+                    double slew_n_per_s) {
   ProcessVerdict verdict;
   for (unsigned k = 1; k <= kTries; ++k) {
     verdict = ProcessVerdict{};
     verdict.cell = cell;
     verdict.tries = k;
-    ProcessPlay stage(bench, cell);
+    ProcessPlay stage(bench, cell, bridged || cell.fault->victim == ProcessVictim::kBridge);
     if (!stage.reach()) {
       verdict.failures.push_back("the state was not reached");
       continue;
@@ -398,7 +425,7 @@ std::vector<ProcessVerdict> run_process_matrix(const ProcessMatrixOptions& optio
       const ProcessCase cell{static_cast<OperatorState>(k), &fault};
       if (options.quick && cell.state != OperatorState::kArmedContact) continue;
       if (options.wanted && !options.wanted(cell)) continue;
-      verdicts.push_back(play(bench, cell, slew));
+      verdicts.push_back(play(bench, cell, options.bridged, slew));
       if (options.told) options.told(verdicts.back());
     }
   }

@@ -45,8 +45,9 @@ struct ProcessVerdict {
 };
 
 struct ProcessMatrixOptions {
-  std::string program;  ///< run_device; empty: next to this one
-  bool quick = false;   ///< the state armed in contact alone
+  std::string program;   ///< run_device; empty: next to this one
+  bool quick = false;    ///< the state armed in contact alone
+  bool bridged = false;  ///< the device is behind a bridge in every case, not in those of it alone
   std::function<bool(const ProcessCase&)> wanted;
   std::function<void(const ProcessVerdict&)> told;
 };
