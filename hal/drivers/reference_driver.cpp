@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hal/drivers/reference_short.hpp"
+
 namespace haptic::hal {
 namespace {
 
@@ -106,7 +108,7 @@ ReferenceDriver::ReferenceDriver(const ReferenceSettings& settings) noexcept : s
   profile_.product_id = settings.product_id;
   profile_.in_endpoint = 0x81;
   profile_.out_endpoint = 0x01;
-  profile_.in_bytes = kReferenceReportBytes;
+  profile_.in_bytes = kReferenceReportBytes;  // a short one ends its transfer by a short packet
   profile_.out_bytes = kReferenceCommandBytes;
 }
 
@@ -156,7 +158,7 @@ HalStatus ReferenceDriver::ask(UsbPort& port) noexcept {
 ReportVerdict ReferenceDriver::read(std::span<const std::uint8_t> bytes, std::int64_t,
                                     DeviceState& state) noexcept {
   ReferenceReport report;
-  const CodecVerdict verdict = decode(bytes, report);
+  const CodecVerdict verdict = decode_either(bytes, report);
   if (verdict == CodecVerdict::kBadLength) return ReportVerdict::kBadLength;
   if (verdict == CodecVerdict::kBadNumber) return ReportVerdict::kBadNumber;
   if (verdict != CodecVerdict::kOk) return ReportVerdict::kBadCheck;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Driver of the reference 6-DOF device (PROTOCOL.md): vendor class, one report in and one command
-/// out per period, CRC and sequence on both.
+/// Driver of the reference 6-DOF device (PROTOCOL.md): vendor class, one report in, long or short,
+/// and one command out per period, CRC and sequence on both.
 
 #include "hal/drivers/driver.hpp"
 #include "hal/drivers/reference_codec.hpp"

@@ -202,6 +202,7 @@ static void shorten_orientation(int32_t out[3], const int32_t q[4]) {
       square = (uint64_t)1 << 62;
   }
   norm = root_of(square);
+  if (square - norm * norm > norm) ++norm; /* the nearest one */
   for (k = 0; k < 3; ++k) {
     const int32_t sign = (q[k] < 0) != (q[3] < 0) ? -1 : 1;
     out[k] = norm >= unit - slack && norm <= unit + slack

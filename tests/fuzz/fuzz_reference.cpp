@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hal/drivers/reference_driver.hpp"
+#include "hal/drivers/reference_short.hpp"
 #include "tests/fuzz/report_stream.hpp"
 
 namespace {
@@ -94,7 +95,7 @@ class Session {
     const std::vector<std::uint8_t> exact(bytes.begin(), bytes.end());
     const ReportVerdict verdict = fuzz::checked_read(driver_, exact, 0, state_);
     ReferenceReport report;
-    const bool valid = decode(exact, report) == CodecVerdict::kOk;
+    const bool valid = decode_either(exact, report) == CodecVerdict::kOk;
     const bool newer = !reported_ || is_newer(report.sequence, last_.sequence);
     require((verdict == ReportVerdict::kState) == (valid && newer),
             "valid and newer reports are taken, no others");
@@ -129,6 +130,21 @@ class Session {
       if (bytes[11] % 2 == 0) bytes[84 + k] = static_cast<std::uint8_t>(sent_ >> (8 * k));
     }
     seal(bytes, kReferenceReportMagic);
+    read(bytes);
+  }
+
+  /// The same as a short report.
+  void read_composed_short(ReportStream& input) {
+    auto bytes = input.bytes<kReferenceShortReportBytes>();
+    bytes[3] &= kReferenceStatusBits;
+    bytes[50] &= kReferenceFaultBits;
+    for (const std::size_t high : {27u, 31u, 35u}) bytes[high] %= 0x20;
+    const std::uint32_t sequence = last_.sequence + 1 + bytes[4] % 4;
+    for (unsigned k = 0; k < 4; ++k) {
+      bytes[4 + k] = static_cast<std::uint8_t>(sequence >> (8 * k));
+      if (bytes[11] % 2 == 0) bytes[52 + k] = static_cast<std::uint8_t>(sent_ >> (8 * k));
+    }
+    seal(bytes, kReferenceShortReportMagic);
     read(bytes);
   }
 
@@ -191,7 +207,7 @@ void run_session(std::span<const std::uint8_t> bytes) {
   Session session;
   if (!session.start(input)) return;
   while (!input.empty()) {
-    switch (input.byte() % 5) {
+    switch (input.byte() % 6) {
       case 0:
         session.read(input.report());
         break;
@@ -207,6 +223,9 @@ void run_session(std::span<const std::uint8_t> bytes) {
       case 3:
         session.write(input.wrench());
         break;
+      case 5:
+        session.read_composed_short(input);
+        break;
       default:
         session.write(Wrench{});
         break;
@@ -219,6 +238,7 @@ void run_session(std::span<const std::uint8_t> bytes) {
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::span<const std::uint8_t> input(data, size);
   both_ways<kReferenceReportBytes, ReferenceReport>(input, kReferenceReportMagic);
+  both_ways<kReferenceShortReportBytes, ReferenceShortReport>(input, kReferenceShortReportMagic);
   both_ways<kReferenceCommandBytes, ReferenceCommand>(input, kReferenceCommandMagic);
   both_ways<kReferenceBlockBytes, ReferenceBlock>(input, kReferenceBlockMagic);
   run_session(input);

@@ -3,7 +3,7 @@
 #include <array>
 #include <bit>
 
-#include "hal/drivers/reference_codec.hpp"
+#include "hal/drivers/reference_short.hpp"
 #include "tests/fuzz/fuzz_target.hpp"
 
 namespace haptic::fuzz {
@@ -58,6 +58,22 @@ std::string session(std::uint8_t stop) {
   return text + push(2.0f);
 }
 
+/// A board of full speed: power-up to a push.
+std::string short_session() {
+  ReferenceShortReport report;
+  const auto composed = [&] { return '\5' + text_of<kReferenceShortReportBytes>(report); };
+  std::string text(1, '\0');
+  text += composed() + kZeroWrench;
+  report.status = kReferenceCalibrated;
+  report.velocity = {1000, -1000, 0};
+  text += composed() + kZeroWrench;
+  report.status |= kReferenceDrivesOn;
+  for (int k = 0; k < 3; ++k) text += composed() + kZeroWrench;
+  text += push(2.0f) + composed() + push(40.0f);
+  report.rejected = 1;
+  return text + composed() + push(2.0f);
+}
+
 std::string block_session() {
   ReferenceBlock block;
   block.driven_dof = 7;
@@ -81,12 +97,14 @@ std::vector<Seed> seeds() {
   const auto cut = static_cast<std::uint8_t>(kReferenceCalibrated | kReferenceWatchdogCut);
   const auto stop = static_cast<std::uint8_t>(kReferenceCalibrated | kReferenceEmergencyStop);
   return {{"report", text_of<kReferenceReportBytes>(ReferenceReport{})},
+          {"short_report", text_of<kReferenceShortReportBytes>(ReferenceShortReport{})},
           {"command", text_of<kReferenceCommandBytes>(command)},
           {"block", text_of<kReferenceBlockBytes>(ReferenceBlock{})},
           {"session_cut", session(cut)},
           {"session_stop", session(stop)},
           {"session_drop", session(kReferenceCalibrated)},
           {"session_lost", session(0)},
+          {"session_short", short_session()},
           {"session_block", block_session()}};
 }
 

@@ -3,40 +3,19 @@
 /// are those that the driver opens.
 #include <doctest/doctest.h>
 
-#include <fstream>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "hal/drivers/reference_driver.hpp"
+#include "hal/drivers/reference_short.hpp"
+#include "tests/hal/protocol_text.hpp"
 
 using namespace haptic::hal;
+using haptic::hal::test::bytes_in;
+using haptic::hal::test::fenced;
 
 namespace {
-
-/// Text between "````info`" and the closing fence.
-std::string fenced(const std::string& info) {
-  std::ifstream file(HAPTIC_TEST_DIR "/../hal/drivers/PROTOCOL.md");
-  REQUIRE(file.good());
-  std::string line;
-  while (std::getline(file, line) && line != "```" + info) {
-  }
-  std::string text;
-  while (std::getline(file, line) && line != "```") text += line + '\n';
-  REQUIRE_FALSE(text.empty());
-  return text;
-}
-
-std::vector<std::uint8_t> bytes_in(const std::string& info) {
-  std::istringstream stream(fenced(info));
-  std::vector<std::uint8_t> bytes;
-  for (unsigned byte = 0; stream >> std::hex >> byte;) {
-    REQUIRE(byte <= 0xff);
-    bytes.push_back(static_cast<std::uint8_t>(byte));
-  }
-  REQUIRE(stream.eof());
-  return bytes;
-}
 
 /// "name value value ..." per line, as the document writes it.
 class Listing {
@@ -78,6 +57,22 @@ std::string listing_of(const ReferenceReport& r) {
       .add_bits("switches", r.switches, 1)
       .add_bits("faults", r.faults, 1)
       .add("accepted_tick", r.accepted_tick)
+      .add("rejected", r.rejected)
+      .add("accepted_sequence", r.accepted_sequence)
+      .text();
+}
+
+std::string listing_of(const ReferenceShortReport& r) {
+  return Listing()
+      .add_bits("status", r.status, 2)
+      .add("sequence", r.sequence)
+      .add("time_us", r.time_us)
+      .add("position_nm", r.position)
+      .add("orientation", r.orientation)
+      .add("velocity_100um_per_s", r.velocity)
+      .add("angular_velocity_mrad_per_s", r.angular_velocity)
+      .add_bits("switches", r.switches, 1)
+      .add_bits("faults", r.faults, 1)
       .add("rejected", r.rejected)
       .add("accepted_sequence", r.accepted_sequence)
       .text();
@@ -136,6 +131,7 @@ unsigned u16_at(const std::vector<std::uint8_t>& bytes, std::size_t at) {
 TEST_SUITE("hal.reference_protocol") {
   TEST_CASE("PROTOCOL.md: each example decodes to the values next to it and back") {
     check_example<kReferenceReportBytes, ReferenceReport>("report");
+    check_example<kReferenceShortReportBytes, ReferenceShortReport>("short-report");
     check_example<kReferenceCommandBytes, ReferenceCommand>("command");
     check_example<kReferenceBlockBytes, ReferenceBlock>("block");
   }
@@ -168,20 +164,26 @@ TEST_SUITE("hal.reference_protocol") {
     CHECK(device[0] == 18);
     CHECK(u16_at(device, 8) == profile.vendor_id);
     CHECK(u16_at(device, 10) == profile.product_id);
-    const std::vector<std::uint8_t> all = bytes_in("hex configuration-descriptor");
-    REQUIRE(all.size() == 32);
-    CHECK(u16_at(all, 2) == all.size());
-    CHECK(all[9 + 2] == profile.interface_number);
-    CHECK(all[9 + 5] == 0xff);
-    CHECK(all[18 + 2] == profile.in_endpoint);
-    CHECK(u16_at(all, 18 + 4) == profile.in_bytes);
-    CHECK(all[25 + 2] == profile.out_endpoint);
-    CHECK(u16_at(all, 25 + 4) == profile.out_bytes);
-    for (const std::size_t endpoint : {18u, 25u}) {
-      CHECK(all[endpoint] == 7);
-      CHECK(all[endpoint + 3] == 3);  // interrupt
-      CHECK(all[endpoint + 6] == 1);
+    for (const bool full_speed : {false, true}) {
+      CAPTURE(full_speed);
+      const std::vector<std::uint8_t> all = bytes_in(
+          full_speed ? "hex full-speed-configuration-descriptor" : "hex configuration-descriptor");
+      REQUIRE(all.size() == 32);
+      CHECK(u16_at(all, 2) == all.size());
+      CHECK(all[9 + 2] == profile.interface_number);
+      CHECK(all[9 + 5] == 0xff);
+      CHECK(all[18 + 2] == profile.in_endpoint);
+      // Longer than the short report, so that this one ends its transfer.
+      CHECK(u16_at(all, 18 + 4) == (full_speed ? 64 : profile.in_bytes));
+      CHECK(all[25 + 2] == profile.out_endpoint);
+      CHECK(u16_at(all, 25 + 4) == profile.out_bytes);
+      for (const std::size_t endpoint : {18u, 25u}) {
+        CHECK(all[endpoint] == 7);
+        CHECK(all[endpoint + 3] == 3);  // interrupt
+        CHECK(all[endpoint + 6] == 1);
+      }
     }
+    CHECK(kReferenceShortReportBytes < 64);
     CHECK_FALSE(profile.bulk);
   }
 }
