@@ -7,6 +7,7 @@
 
 namespace haptic::tools {
 
+[[nodiscard]] Command add_conform_command(CLI::App& program);
 [[nodiscard]] Command add_doctor_command(CLI::App& program);
 [[nodiscard]] Command add_list_command(CLI::App& program);
 [[nodiscard]] Command add_run_command(CLI::App& program);

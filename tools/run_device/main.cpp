@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
   (void)haptic::hal::close_inherited_descriptors(kKept);
   CLI::App program("Haptic devices on this machine.", "run_device");
   const Command commands[] = {add_doctor_command(program), add_list_command(program),
-                              add_run_command(program)};
+                              add_run_command(program), add_conform_command(program)};
   const std::vector<const char*> arguments = with_command(argc, argv);
   return run_program(program, commands,
                      "0 done, 1 a check failed, 2 usage, 3 bad input file, 4 the device or the "

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+/// The host of a conformance check: it reads reports, sends one command at a time and sees in the
+/// reports after it how the device took it. It never asks for a force.
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hal/drivers/reference_codec.hpp"
+#include "tools/run_device/conform_carrier.hpp"
+
+namespace haptic::tools {
+
+/// Owner: one thread.
+class ConformHost {
+ public:
+  using Bytes = std::vector<std::uint8_t>;
+
+  explicit ConformHost(ConformCarrier& carrier) : carrier_(carrier) {}
+
+  [[nodiscard]] ConformCarrier& carrier() { return carrier_; }
+  /// Asks for the capability block once. Empty, or the defect; `block` is unchanged then.
+  [[nodiscard]] std::string ask_block();
+  [[nodiscard]] const hal::ReferenceBlock& block() const { return block_; }
+  [[nodiscard]] std::uint32_t period_us() const { return block_.report_period_us; }
+  [[nodiscard]] std::uint32_t watchdog_us() const { return 1000u * block_.watchdog_ms; }
+
+  /// Waits for the next report. False: none came or it is none, see `trouble`.
+  [[nodiscard]] bool next();
+  [[nodiscard]] const std::string& trouble() const { return trouble_; }
+  [[nodiscard]] const hal::ReferenceReport& report() const { return report_; }
+  /// Lower 32 bits of the device's clock, in the last report and in the one before it [us].
+  [[nodiscard]] std::uint32_t time_us() const { return time_us_; }
+  [[nodiscard]] std::uint32_t time_before_us() const { return time_before_us_; }
+  [[nodiscard]] bool is_short() const { return short_; }
+  [[nodiscard]] bool says(hal::ReferenceStatusBit bit) const { return (report_.status & bit) != 0; }
+
+  /// A command without a wrench.
+  [[nodiscard]] static Bytes command(std::uint32_t sequence, bool drives_on);
+  /// Sends it and waits until a report shows what became of it.
+  struct Outcome {
+    bool accepted = false;
+    std::uint32_t counted = 0;  ///< rejected meanwhile
+    unsigned sent = 0;          ///< how often: again where no report showed anything
+  };
+  [[nodiscard]] Outcome exchange(std::span<const std::uint8_t> bytes, std::uint32_t sequence);
+  /// The next command in the order; true: accepted, and nothing was counted as rejected.
+  [[nodiscard]] bool accept(bool drives_on);
+  /// Sends what must be refused. Empty, or what is wrong with how the device took it.
+  [[nodiscard]] std::string refuse(const Bytes& bytes);
+  /// Drives off, then on. Empty, or why they are not.
+  [[nodiscard]] std::string bring_up();
+  /// Where they are on: a command in time for the watchdog.
+  void feed();
+
+ private:
+  ConformCarrier& carrier_;
+  hal::ReferenceBlock block_;
+  hal::ReferenceReport report_;
+  std::string trouble_;
+  std::uint32_t time_us_ = 0, time_before_us_ = 0, fed_us_ = 0;
+  bool short_ = false;
+};
+
+}  // namespace haptic::tools
