@@ -2,39 +2,15 @@
 #include "hal/drivers/spacemouse_driver.hpp"
 
 #include <algorithm>
-#include <cmath>
-
-#include "rt_core/base/rotation.hpp"
 
 namespace haptic::hal {
 namespace {
 
 constexpr unsigned kDescriptor_ms = 500;
 
-/// The setting where it is usable, else its default.
-Real usable(Real value, Real least, Real most, Real otherwise) noexcept {
-  return value >= least && value <= most ? value : otherwise;
-}
-
-SpaceMouseSettings usable(const SpaceMouseSettings& wanted) noexcept {
-  const SpaceMouseSettings standard;
-  SpaceMouseSettings s = wanted;
-  s.full_speed_m_per_s = usable(s.full_speed_m_per_s, 0, 10, standard.full_speed_m_per_s);
-  s.full_turn_rad_per_s = usable(s.full_turn_rad_per_s, 0, 100, standard.full_turn_rad_per_s);
-  s.dead_zone = usable(s.dead_zone, 0, 0.9_r, standard.dead_zone);
-  s.reach_m = usable(s.reach_m, 0, 100, standard.reach_m);
-  if (!(s.full_scale >= 1 && s.full_scale <= 32768)) s.full_scale = 0;
-  if (s.longest_step_ns <= 0 || s.longest_step_ns > 1'000'000'000) {
-    s.longest_step_ns = standard.longest_step_ns;
-  }
-  return s;
-}
-
-/// Share of full speed for a raw value: none inside the dead zone, then rising from none.
-Real share_of(std::int16_t raw, double full_scale, Real dead_zone) noexcept {
-  const Real share = std::clamp(static_cast<Real>(raw / full_scale), Real{-1}, Real{1});
-  const Real beyond = std::abs(share) - dead_zone;
-  return beyond > 0 ? std::copysign(beyond / (1 - dead_zone), share) : Real{0};
+/// Where it is none, 0: the descriptor's.
+double usable_scale(double full_scale) noexcept {
+  return full_scale >= 1 && full_scale <= 32768 ? full_scale : 0;
 }
 
 /// From the device's axes to those of D.
@@ -47,7 +23,8 @@ Vec3 in_d(const Vec3& device, const SpaceMouseAxes& axes) noexcept {
 }  // namespace
 
 SpaceMouseDriver::SpaceMouseDriver(const SpaceMouseSettings& settings) noexcept
-    : settings_(usable(settings)), axes_(kCurrentAxes) {
+    : settings_(settings), axes_(kCurrentAxes), pose_(settings) {
+  settings_.full_scale = usable_scale(settings.full_scale);
   const SpaceMouseModel* model = find_spacemouse(settings_.vendor_id, settings_.product_id);
   fit_ = (model != nullptr || settings_.vendor_id == k3DconnexionId) &&
          !is_refused_spacemouse(settings_.vendor_id, settings_.product_id);
@@ -61,18 +38,16 @@ SpaceMouseDriver::SpaceMouseDriver(const SpaceMouseSettings& settings) noexcept
   profile_.in_bytes = 64;  // a full-speed packet: nothing that comes can be too long
   profile_.kernel_driver = true;
   capabilities_.sensed_dof = kDofAll;
-  capabilities_.workspace_radius_m = settings_.reach_m;
-  scale_.fill(settings_.full_scale > 0 ? settings_.full_scale : kSpaceMouseFullScale);
+  capabilities_.workspace_radius_m = pose_.reach_m();
+  scale_.fill(settings_.full_scale > 0 ? settings_.full_scale : kDisplacementFullScale);
 }
 
 HalStatus SpaceMouseDriver::start(UsbPort& port) noexcept {
   if (!fit_) return HalStatus::kDeviceUnfit;
   input_ = SpaceMouseInput{};
-  pose_dh_ = Pose{};
-  velocity_d_ = Twist{};
-  stamped_ = false;
+  pose_.reset();
   may_be_joined_ = true;
-  scale_.fill(settings_.full_scale > 0 ? settings_.full_scale : kSpaceMouseFullScale);
+  scale_.fill(settings_.full_scale > 0 ? settings_.full_scale : kDisplacementFullScale);
 
   // GET_DESCRIPTOR of the interface, type 0x22: report.
   std::array<std::uint8_t, kMaxHidDescriptorBytes> descriptor{};
@@ -108,38 +83,14 @@ void SpaceMouseDriver::take_descriptor(std::span<const std::uint8_t> descriptor)
   may_be_joined_ = !x.found || !rx.found || x.report_id == rx.report_id;
 }
 
-void SpaceMouseDriver::integrate(std::int64_t stamp_ns) noexcept {
-  // Stamps are of one clock, but the difference of any two numbers must not overflow.
-  const auto since = [this](std::int64_t to_ns) {
-    return to_ns > reported_ns_
-               ? static_cast<std::uint64_t>(to_ns) - static_cast<std::uint64_t>(reported_ns_)
-               : 0;
-  };
-  if (stamped_ && stamp_ns > stamp_ns_) {
-    const auto longest = static_cast<std::uint64_t>(settings_.longest_step_ns);
-    const std::uint64_t lasted = std::min(since(stamp_ns), longest);
-    const std::uint64_t done = std::min(since(stamp_ns_), longest);
-    const Real dt_s = static_cast<Real>(lasted - done) * 1.0e-9_r;
-    pose_dh_.p_wa += velocity_d_.linear_w * dt_s;
-    const Real distance_m = pose_dh_.p_wa.norm();
-    if (distance_m > settings_.reach_m) pose_dh_.p_wa *= settings_.reach_m / distance_m;
-    pose_dh_.q_wa = so3_exp(velocity_d_.angular_w * dt_s) * pose_dh_.q_wa;
-    pose_dh_.q_wa.normalize();
-    if (since(stamp_ns) >= longest) velocity_d_ = Twist{};
-  }
-  stamp_ns_ = stamped_ ? std::max(stamp_ns_, stamp_ns) : stamp_ns;
-  stamped_ = true;
-}
-
-void SpaceMouseDriver::take_velocity() noexcept {
+void SpaceMouseDriver::take_axes(std::int64_t stamp_ns) noexcept {
   Vec3 push, turn;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    push[k] = share_of(input_.axes[i], scale_[i], settings_.dead_zone);
-    turn[k] = share_of(input_.axes[i + 3], scale_[i + 3], settings_.dead_zone);
+    push[k] = pose_.share_of(input_.axes[i], scale_[i]);
+    turn[k] = pose_.share_of(input_.axes[i + 3], scale_[i + 3]);
   }
-  velocity_d_.linear_w = in_d(push, axes_) * settings_.full_speed_m_per_s;
-  velocity_d_.angular_w = in_d(turn, axes_) * settings_.full_turn_rad_per_s;
+  pose_.take(in_d(push, axes_), in_d(turn, axes_), stamp_ns);
 }
 
 ReportVerdict SpaceMouseDriver::read(std::span<const std::uint8_t> report, std::int64_t stamp_ns,
@@ -149,22 +100,24 @@ ReportVerdict SpaceMouseDriver::read(std::span<const std::uint8_t> report, std::
   if (kind == SpaceMouseReport::kUnknown || kind == SpaceMouseReport::kBattery) {
     return ReportVerdict::kNothing;
   }
-  integrate(stamp_ns);
-  take_velocity();
-  reported_ns_ = stamp_ns_;
+  if (kind == SpaceMouseReport::kButtons) {
+    pose_.advance(stamp_ns);
+  } else {
+    take_axes(stamp_ns);
+  }
   fill(state);
   return ReportVerdict::kState;
 }
 
 bool SpaceMouseDriver::rest(std::int64_t stamp_ns, DeviceState& state) noexcept {
-  integrate(stamp_ns);
+  pose_.advance(stamp_ns);
   fill(state);
   return true;
 }
 
 void SpaceMouseDriver::fill(DeviceState& state) const noexcept {
-  state.pose_dh = record_of(pose_dh_);
-  state.twist_d = record_of(velocity_d_);
+  state.pose_dh = record_of(pose_.pose_dh());
+  state.twist_d = record_of(pose_.velocity_d());
   state.twist_valid = true;
   state.link = LinkState::kReady;
   state.switches = input_.buttons;

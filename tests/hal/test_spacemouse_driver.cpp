@@ -99,12 +99,12 @@ TEST_SUITE("hal.spacemouse_driver") {
     const std::vector<std::uint8_t> whole = device.descriptor;
     device.descriptor.clear();  // the request stalls
     CHECK(driver.start(device) == HalStatus::kOk);
-    CHECK(driver.full_scale_of(0) == kSpaceMouseFullScale);
+    CHECK(driver.full_scale_of(0) == kDisplacementFullScale);
     device.descriptor.assign(whole.begin(), whole.begin() + 40);  // cut behind X, Y, Z
     device.takes_light = false;
     CHECK(driver.start(device) == HalStatus::kOk);
     CHECK(driver.full_scale_of(0) == 512.0);
-    CHECK(driver.full_scale_of(5) == kSpaceMouseFullScale);
+    CHECK(driver.full_scale_of(5) == kDisplacementFullScale);
     device.gone = true;
     CHECK(driver.start(device) == HalStatus::kDeviceGone);
   }
@@ -286,6 +286,27 @@ TEST_SUITE("hal.spacemouse_driver") {
     device.push({0, 0, 0, 0, 0, 0});
     report(device, silent, 1'001'000'000, state);
     CHECK(state.pose_dh.p_m[0] == doctest::Approx(0.0016 + 0.005));
+  }
+
+  TEST_CASE("read: buttons say nothing of the axes, and bring no velocity back") {
+    SpaceMouseDriver driver(settings_for(0x256f, 0xc635));
+    SpaceMouseCounterpart device(true);
+    REQUIRE(driver.start(device) == HalStatus::kOk);
+    DeviceState state;
+    device.push({350, 0, 0, 0, 0, 0});
+    drain(driver, device, 0, state);
+    device.press(1);
+    drain(driver, device, 20'000'000, state);
+    CHECK(state.pose_dh.p_m[0] == doctest::Approx(0.002));
+    CHECK(state.twist_d.linear_m_per_s[0] == doctest::Approx(0.1));
+    device.press(0);  // 50 ms after the axes' report, which no other has followed
+    drain(driver, device, 60'000'000, state);
+    CHECK(state.pose_dh.p_m[0] == doctest::Approx(0.005));
+    CHECK(state.twist_d.linear_m_per_s[0] == 0.0_r);
+    device.press(1);
+    drain(driver, device, 70'000'000, state);
+    CHECK(state.pose_dh.p_m[0] == doctest::Approx(0.005));
+    CHECK(state.twist_d.linear_m_per_s[0] == 0.0_r);
   }
 
   TEST_CASE("read: no heap calls") {
