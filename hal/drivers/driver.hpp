@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "hal/device.hpp"
 #include "hal/drivers/usb_port.hpp"
@@ -26,6 +27,9 @@ struct UsbProfile {
   std::uint16_t in_bytes = 0, out_bytes = 0;
   bool lock_step = false;      ///< it answers each report from the host with one of its own
   bool kernel_driver = false;  ///< a kernel driver holds the interface and must be detached
+  /// Asked before the device is opened: who has it by way of that kernel driver, and what to do
+  /// about it, for people; empty: nobody. Returns at once; may allocate. Null: nobody can have it.
+  std::string (*holder)() = nullptr;
 };
 
 /// Result of reading one report.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "hal/drivers/spacenav_socket.hpp"
+
 namespace haptic::hal {
 namespace {
 
@@ -37,6 +39,7 @@ SpaceMouseDriver::SpaceMouseDriver(const SpaceMouseSettings& settings) noexcept
   }
   profile_.in_bytes = 64;  // a full-speed packet: nothing that comes can be too long
   profile_.kernel_driver = true;
+  profile_.holder = spacenav_holder;
   capabilities_.sensed_dof = kDofAll;
   capabilities_.workspace_radius_m = pose_.reach_m();
   scale_.fill(settings_.full_scale > 0 ? settings_.full_scale : kDisplacementFullScale);

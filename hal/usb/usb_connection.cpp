@@ -92,6 +92,12 @@ HalStatus UsbConnection::open(const UsbProfile& profile, const UsbAddress& addre
   name_.name = profile.name;
   name_.vendor_id = address.vendor_id != 0 ? address.vendor_id : profile.vendor_id;
   name_.product_id = address.product_id != 0 ? address.product_id : profile.product_id;
+  // A descriptor to wrap was opened by somebody else, who has decided this already.
+  const std::string held = wrapped_fd < 0 && profile.holder != nullptr ? profile.holder() : "";
+  if (!held.empty()) {
+    trouble = usb_held(name_, held);
+    return HalStatus::kDeviceBusy;
+  }
   UsbAction action = UsbAction::kInitialise;
   int code = context_.open(wrapped_fd < 0);
   if (code >= 0 && wrapped_fd >= 0) {

@@ -125,6 +125,10 @@ std::string usb_trouble(const UsbName& device, UsbAction action, int code, HalSt
   return fix.empty() ? text : text + "\n  " + fix;
 }
 
+std::string usb_held(const UsbName& device, const std::string& holder) {
+  return std::string(device.name) + " (" + identity(device) + "): " + holder;
+}
+
 std::string other_device_text(const DeviceCapabilities& stated) {
   char numbers[160];
   std::snprintf(numbers, sizeof numbers,

@@ -39,6 +39,9 @@ struct UsbName {
 [[nodiscard]] std::string usb_trouble(const UsbName& device, UsbAction action, int code,
                                       HalStatus status);
 
+/// The same of a device that is not even looked for, with UsbProfile::holder's text.
+[[nodiscard]] std::string usb_held(const UsbName& device, const std::string& holder);
+
 /// For people who are on a device that states something else than the one before: force, torque,
 /// change and reports of the one that is there now.
 [[nodiscard]] std::string other_device_text(const DeviceCapabilities& stated);

@@ -10,10 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "hal/drivers/spacenav_socket.hpp"
 #include "hal/usb/usb_link.hpp"
+#include "tests/support/listening_socket.hpp"
 
 using namespace haptic;
 using namespace haptic::hal;
+using haptic::test::ListeningSocket;
 
 namespace {
 
@@ -30,6 +33,7 @@ struct BusDevice {
 
 std::vector<BusDevice> on_bus;
 int opened = 0;    ///< handles that are open
+int opens = 0;     ///< that were opened so far
 int claimed = -1;  ///< index of the device whose interface is claimed
 
 BusDevice& device_of(libusb_device* device) { return *reinterpret_cast<BusDevice*>(device); }
@@ -47,7 +51,8 @@ constexpr libusb_interface kInterface = {&kSetting, 1};
 /// Sees which device it was given, and does not go on.
 class LookingDriver final : public Driver {
  public:
-  LookingDriver() {
+  explicit LookingDriver(std::string (*holder)()) {
+    profile_.holder = holder;
     profile_.name = "test device";
     profile_.vendor_id = kVendor;
     profile_.product_id = kProduct;
@@ -74,9 +79,10 @@ struct Found {
   std::string trouble;
 };
 
-Found find(const std::vector<BusDevice>& devices, const std::string& address) {
+Found find(const std::vector<BusDevice>& devices, const std::string& address,
+           std::string (*holder)() = nullptr) {
   on_bus = devices;
-  LookingDriver driver;
+  LookingDriver driver(holder);
   LinkSettings settings;
   if (!address.empty()) REQUIRE(parse_usb_address(address, settings.address));
   MailboxMemory mailbox;
@@ -140,6 +146,7 @@ int libusb_open(libusb_device* device, libusb_device_handle** handle) {
   if (device_of(device).open_code < 0) return device_of(device).open_code;
   *handle = reinterpret_cast<libusb_device_handle*>(device);
   ++opened;
+  ++opens;
   return 0;
 }
 void libusb_close(libusb_device_handle*) { --opened; }
@@ -234,5 +241,26 @@ TEST_SUITE("hal.usb_find") {
     CHECK(find({mute}, "1209:000f:D").status == HalStatus::kDeviceNotFound);
     CHECK(find({kFree}, "1209:000f:DD").status == HalStatus::kDeviceNotFound);
     CHECK(find({kFree}, "1209:000f:d").status == HalStatus::kDeviceNotFound);
+  }
+
+  TEST_CASE("a device that a daemon holds is not opened, and who holds it is said") {
+    ListeningSocket daemon;
+    unsetenv("SPNAV_SOCKET");
+    if (!spacenav_holder().empty()) {
+      MESSAGE("skipped: a spacenavd runs on this machine");
+      return;
+    }
+    CHECK(find({kFree}, "", spacenav_holder).device == 0);
+    setenv("SPNAV_SOCKET", daemon.path().c_str(), 1);
+    opens = 0;
+    const Found held = find({kFree}, "", spacenav_holder);
+    CHECK(held.device == -1);
+    CHECK(held.status == HalStatus::kDeviceBusy);
+    CHECK(held.trouble.find("test device (1209:000f): spacenavd holds") == 0);
+    CHECK(held.trouble.find("Give driver = \"spacenav\"") != std::string::npos);
+    CHECK(opens == 0);  // not even for a moment
+    daemon.stop();
+    CHECK(find({kFree}, "", spacenav_holder).device == 0);
+    unsetenv("SPNAV_SOCKET");
   }
 }
