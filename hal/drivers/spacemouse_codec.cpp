@@ -29,7 +29,11 @@ constexpr SpaceMouseModel kModels[] = {
     {k3DconnexionId, 0xc635, "SpaceMouse Compact", false, kCurrentAxes, 0},
     {k3DconnexionId, 0xc636, "SpaceMouse Module", false, kCurrentAxes, 0},
     {k3DconnexionId, 0xc638, "SpaceMouse Pro Wireless BT", true, kCurrentAxes, 0},
-    {k3DconnexionId, 0xc63a, "SpaceMouse Wireless BT", true, kCurrentAxes, 0}};
+    {k3DconnexionId, 0xc63a, "SpaceMouse Wireless BT", true, kCurrentAxes, 0},
+    // Five interfaces, of which the device's own has its reports: a Pro Wireless is on the first, a
+    // SpaceMouse Wireless on the second, and is not heard here (PySpaceMouse, issue 49).
+    {k3DconnexionId, 0xc652, "Universal Receiver with a SpaceMouse Pro Wireless", true,
+     kCurrentAxes, 0}};
 
 constexpr std::uint16_t kRefused[] = {0xc62c, 0xc641, 0xc650, 0xc651, 0xc654, 0xc655,
                                       0xc656, 0xc657, 0xc658, 0xc664, 0xc665, 0xc668};

@@ -42,6 +42,8 @@ struct SpaceMouseModel {
   std::uint8_t interface_number;
 };
 
+/// All that spacenavd knows by name, but for the NuLOOQ (046d:c640), whose reports no source
+/// describes, and the Universal Receiver, which it takes as it takes every new one of the maker's.
 [[nodiscard]] std::span<const SpaceMouseModel> spacemouse_models() noexcept;
 
 /// Null where the identity is none of the list.
