@@ -65,6 +65,20 @@ std::vector<UsbIdentity> spacemouse_identities() {
   return all;
 }
 
+constexpr std::array kSpacenavKeys = {
+    DriverKey{"socket", Kind::kPath,
+              "of spacenavd; else SPNAV_SOCKET, `socket =` of /etc/spnavrc, /var/run/spnav.sock"},
+    DriverKey{"full_scale", Kind::kNumber,
+              "what the daemon sends at full push; else 500 for absolute axes, 350 for relative", 1,
+              32768}};
+
+/// Known before the device is there: nothing of it is driven.
+std::unique_ptr<Driver> make_spacenav(const DriverOptions& /*options*/, DriverDefect& /*defect*/) {
+  ReferenceSettings settings;
+  settings.capabilities.driven_dof = 0;
+  return std::make_unique<ReferenceDriver>(settings);
+}
+
 std::unique_ptr<Driver> make_polhem(const DriverOptions& options, DriverDefect& /*defect*/) {
   PolhemSettings settings;
   settings.has_deadman = options.has_deadman;
@@ -93,7 +107,13 @@ constexpr std::array kRows = {
               "device may have it too.",
               "our model of it alone",
               {},
-              make_polhem}};
+              make_polhem},
+    DriverRow{
+        "spacenav", "3Dconnexion by spacenavd",
+        "All that the daemon finds, wireless ones too; other programs keep them.",
+        "spacenavd 1.1 with a simulated serial device, and our model of it, which libspnav 1.0 has "
+        "judged",
+        kSpacenavKeys, make_spacenav, nullptr, true}};
 
 }  // namespace
 

@@ -3,10 +3,12 @@
 
 #include <vector>
 
+#include "tools/bridges/spacenav/spacenav_device.hpp"
+
 namespace haptic::tools {
 
 std::span<const BridgeRow> bridge_rows() noexcept {
-  static const std::vector<BridgeRow> kRows = {};
+  static const std::vector<BridgeRow> kRows = {{"spacenav", make_spacenav}};
   return kRows;
 }
 
