@@ -19,8 +19,8 @@ struct EmulatedDevice {
   std::string name = "3Dconnexion SpaceMouse Wireless";
   std::int32_t id = 0, type = 0x20c;
   std::int32_t vendor_id = 0x256f, product_id = 0xc62e;
-  /// Whether the kernel calls the axes absolute: it then has events for changes alone, and the
-  /// daemon maps `minimum` to `maximum` to -500 to 500. Relative: events for what is not zero.
+  /// The kernel calls the axes absolute: it has events for changes alone, and the daemon maps
+  /// `minimum` to `maximum` to -500 to 500. Relative: events for what is not zero.
   bool absolute = true;
   std::int32_t minimum = -500, maximum = 500;
   bool swap_yz = true, invert_yz = true;  ///< the daemon's flags of a current model
