@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What spacenavd and its clients say to each other over a stream socket, versions 0 and 1: units
-/// of eight 32-bit integers in the order of the machine. Facts: spacenavd's proto.h and
+/// The protocol of spacenavd and its clients over a stream socket, versions 0 and 1: units of eight
+/// 32-bit integers in the order of the machine. Facts: spacenavd's proto.h and
 /// proto_unix.c (GPL-3; facts only), libspnav's spnav.c (BSD).
 ///
 /// A connection begins in version 0: units from the daemon are events, and each four bytes to it
