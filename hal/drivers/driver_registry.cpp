@@ -72,10 +72,11 @@ constexpr std::array kSpacenavKeys = {
               "what the daemon sends at full push; else 500 for absolute axes, 350 for relative", 1,
               32768}};
 
-/// Known before the device is there: nothing of it is driven.
-std::unique_ptr<Driver> make_spacenav(const DriverOptions& /*options*/, DriverDefect& /*defect*/) {
+/// Driver of a bridge: it is known before the device is there what may be driven at the most.
+template <std::uint32_t driven_dof>
+std::unique_ptr<Driver> make_bridged(const DriverOptions& /*options*/, DriverDefect& /*defect*/) {
   ReferenceSettings settings;
-  settings.capabilities.driven_dof = 0;
+  settings.capabilities.driven_dof = driven_dof;
   return std::make_unique<ReferenceDriver>(settings);
 }
 
@@ -84,6 +85,17 @@ std::unique_ptr<Driver> make_polhem(const DriverOptions& options, DriverDefect& 
   settings.has_deadman = options.has_deadman;
   return std::make_unique<PolhemDriver>(settings);
 }
+
+constexpr std::array kHaplyKeys = {
+    DriverKey{"service", Kind::kText, "host of Haply's Inverse service; 127.0.0.1 without it"},
+    DriverKey{"http_port", Kind::kNumber, "of the service; 10000 without it", 1, 65535},
+    DriverKey{"websocket_port", Kind::kNumber, "of the service; 10001 without it", 1, 65535},
+    DriverKey{"device", Kind::kText, "serial of the device, where the service lists several"},
+    DriverKey{"grip", Kind::kText, "serial of the grip, where there are several, or none"},
+    DriverKey{"max_force", Kind::kNumber, "in N, by the data sheet of the model; 2 without it", 0.1,
+              10},
+    DriverKey{"accept_other_forces", Kind::kFlag,
+              "go on while the service exerts forces of other programs"}};
 
 constexpr std::array kRows = {
     DriverRow{"reference",
@@ -113,7 +125,11 @@ constexpr std::array kRows = {
         "All that the daemon finds, wireless ones too; other programs keep them.",
         "spacenavd 1.1 with a simulated serial device, and our model of it, which libspnav 1.0 has "
         "judged",
-        kSpacenavKeys, make_spacenav, nullptr, true}};
+        kSpacenavKeys, make_bridged<0>, nullptr, true},
+    DriverRow{"haply", "Haply Inverse3, Inverse3x, Minverse",
+              "By Haply's Inverse service, which must run.",
+              "our stand-in for its service, which a client of others judges", kHaplyKeys,
+              make_bridged<kDofTranslation>, nullptr, true}};
 
 }  // namespace
 

@@ -3,12 +3,13 @@
 
 #include <vector>
 
+#include "tools/bridges/haply/haply_device.hpp"
 #include "tools/bridges/spacenav/spacenav_device.hpp"
 
 namespace haptic::tools {
 
 std::span<const BridgeRow> bridge_rows() noexcept {
-  static const std::vector<BridgeRow> kRows = {{"spacenav", make_spacenav}};
+  static const std::vector<BridgeRow> kRows = {{"spacenav", make_spacenav}, {"haply", make_haply}};
   return kRows;
 }
 
