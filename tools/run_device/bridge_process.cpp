@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <cstdlib>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -21,6 +22,7 @@ namespace haptic::tools {
 namespace {
 
 constexpr std::size_t kLongestLine = 500;
+constexpr std::string_view kOwnName = "device_bridge: ";
 constexpr int kMostReads = 8;  // of a look
 constexpr std::int64_t kLongestEnd_ns = 1'000'000'000, kLook_ns = 5'000'000;
 
@@ -96,7 +98,9 @@ void BridgeProcess::hear(std::vector<std::string>& lines) {
   for (std::size_t end = rest_.find('\n'); end != std::string::npos || rest_.size() > kLongestLine;
        end = rest_.find('\n')) {
     const std::size_t length = std::min({end, rest_.size(), kLongestLine});
-    lines.push_back(rest_.substr(0, length));
+    std::string line = rest_.substr(0, length);
+    if (line.starts_with(kOwnName)) line.erase(0, kOwnName.size());
+    lines.push_back(std::move(line));
     rest_.erase(0, length + (length == end ? 1 : 0));
   }
 }
