@@ -20,7 +20,7 @@ constexpr Real kListSpareShare = 0.3_r;
 constexpr std::uint32_t kMostVisitsShare = 3;
 /// Among facets a whole step whose turn bends it by no more than so many tolerances is the last of
 /// a tick whose goal moves.
-constexpr Real kBendTolerances = 4;
+constexpr Real kBendTolerances = 2;
 
 constexpr Real kNoLimit = std::numeric_limits<Real>::max();
 
