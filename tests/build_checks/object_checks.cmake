@@ -32,6 +32,14 @@ haptic_archive_probe(writable_global "writable_global.cpp.o has a writable globa
 haptic_archive_probe(zero_global "zero_global.cpp.o has a writable global in .bss.tick_count")
 haptic_archive_probe(static_constructor "static_constructor.cpp.o has a static constructor")
 
+# The device's side of the protocol, as a firmware compiles it: it calls nothing but the four functions and holds nothing.
+set(firmware ${CMAKE_COMMAND} -DCOMPILER=${CMAKE_C_COMPILER} "-DFLAGS=-std=c99|-ffreestanding|-Os" -DROOT=${PROJECT_SOURCE_DIR}
+  -DCHECK=archive -DAR=${CMAKE_AR} -DNM=${HAPTIC_NM} -DOBJDUMP=${HAPTIC_OBJDUMP})
+haptic_build_check(archive_symbols.firmware ${firmware} -DSAMPLE=${PROJECT_SOURCE_DIR}/hal/firmware/reference_device.c
+  -DFOLDER=${samples}/archive_firmware -P ${checks}/compile_sample.cmake)
+haptic_build_probe(archive_symbols.probe_firmware "firmware_heap.c.o needs 'malloc' (heap)" ${firmware}
+  -DSAMPLE=${checks}/probes/firmware_heap.c -DFOLDER=${samples}/archive_firmware_heap -P ${checks}/compile_sample.cmake)
+
 # The core for wide registers uses them, and the plain one does not.
 if(TARGET rt_core_wide)
   set(wide_registers ${CMAKE_COMMAND} -DOBJDUMP=${HAPTIC_OBJDUMP} "-DSKIP=${skip_compiled}")
