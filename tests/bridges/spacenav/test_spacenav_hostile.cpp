@@ -232,7 +232,7 @@ TEST_SUITE("bridges.spacenav_hostile") {
   TEST_CASE("any bytes: within reach, of finite numbers, and lost or counted") {
     Random random(kGarbageSeed + 1);
     CAPTURE(kGarbageSeed);
-    const int rounds = trials(40, 4000);
+    const int rounds = trials(12, 4000);
     for (int round = 0; round < rounds; ++round) {
       SpacenavBench bench;
       REQUIRE(bench.open() == "");
