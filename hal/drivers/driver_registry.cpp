@@ -97,6 +97,23 @@ constexpr std::array kHaplyKeys = {
     DriverKey{"accept_other_forces", Kind::kFlag,
               "go on while the service exerts forces of other programs"}};
 
+constexpr std::array kOpenHapticsKeys = {
+    DriverKey{"library", Kind::kPath, "the vendor's library; absent: the usual names are tried"},
+    DriverKey{"device", Kind::kText, "its name in the vendor's set-up; absent: the default one"},
+    DriverKey{"rate", Kind::kNumber, "reports a second", 500, 1000},
+    DriverKey{"device_velocity", Kind::kFlag, "velocity by the library, not from poses"}};
+
+constexpr std::array kForceDimensionKeys = {
+    DriverKey{"library", Kind::kPath, "the vendor's library; absent: the usual names are tried"},
+    DriverKey{"serial", Kind::kNumber, "of the device, where there are several", 0, 65535},
+    DriverKey{"index", Kind::kNumber, "the same by its place", 0, 15},
+    DriverKey{"rate", Kind::kNumber, "reports a second", 500, 4000},
+    DriverKey{"gripper_closed", Kind::kNumber,
+              "the gripper is a switch, 0x10000, below this angle [rad]", 0.01, 0.6},
+    DriverKey{"device_velocity", Kind::kFlag, "velocity by the library, not from poses"},
+    DriverKey{"no_gravity_compensation", Kind::kFlag,
+              "the library adds nothing that carries the handle's weight"}};
+
 constexpr std::array kRows = {
     DriverRow{"reference",
               "Reference device",
@@ -129,7 +146,14 @@ constexpr std::array kRows = {
     DriverRow{"haply", "Haply Inverse3, Inverse3x, Minverse",
               "By Haply's Inverse service, which must run.",
               "our stand-in for its service, which a client of others judges", kHaplyKeys,
-              make_bridged<kDofTranslation>, nullptr, true}};
+              make_bridged<kDofTranslation>, nullptr, true},
+    DriverRow{"openhaptics", "3D Systems Phantom; Touch, Touch X (force alone)",
+              "By libHD of OpenHaptics 3.x, which you install.", "a stand-in of ours for libHD",
+              kOpenHapticsKeys, make_bridged<kDofAll>, nullptr, true},
+    DriverRow{"forcedimension", "Force Dimension sigma, lambda; omega, delta (force alone)",
+              "By libdhd of the Force Dimension SDK 3.x, which you install.",
+              "a stand-in of ours for libdhd", kForceDimensionKeys, make_bridged<kDofAll>, nullptr,
+              true}};
 
 }  // namespace
 

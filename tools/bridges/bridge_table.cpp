@@ -3,13 +3,18 @@
 
 #include <vector>
 
+#include "tools/bridges/forcedimension/forcedimension_device.hpp"
 #include "tools/bridges/haply/haply_device.hpp"
+#include "tools/bridges/openhaptics/openhaptics_device.hpp"
 #include "tools/bridges/spacenav/spacenav_device.hpp"
 
 namespace haptic::tools {
 
 std::span<const BridgeRow> bridge_rows() noexcept {
-  static const std::vector<BridgeRow> kRows = {{"spacenav", make_spacenav}, {"haply", make_haply}};
+  static const std::vector<BridgeRow> kRows = {{"spacenav", make_spacenav},
+                                               {"haply", make_haply},
+                                               {"openhaptics", make_openhaptics},
+                                               {"forcedimension", make_forcedimension}};
   return kRows;
 }
 

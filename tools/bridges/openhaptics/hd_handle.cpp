@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/bridges/openhaptics/hd_handle.hpp"
+
+#include <array>
+
+namespace haptic::tools {
+namespace {
+
+constexpr double kMetresPerMillimetre = 1.0e-3;
+constexpr double kMillinewtonMetresPerNewtonMetre = 1.0e3;
+
+Vec3 scaled(const double* v, double scale) {
+  return {static_cast<Real>(v[0] * scale), static_cast<Real>(v[1] * scale),
+          static_cast<Real>(v[2] * scale)};
+}
+
+std::array<double, 3> doubles_of(const Vec3& v, double scale) {
+  return {static_cast<double>(v.x()) * scale, static_cast<double>(v.y()) * scale,
+          static_cast<double>(v.z()) * scale};
+}
+
+}  // namespace
+
+/// Warm motors go on; a device that has taken its force away gets none until it is asked for again
+/// from zero; errors of the device itself end it.
+void HdHandle::take_errors() noexcept {
+  for (int k = 0; k < kMostHdErrors; ++k) {
+    const unsigned code = calls_.get_error().code;
+    if (code == kHdSuccess) return;
+    if (code == kHdWarmMotors) warm_ = kWarmFrames;
+    if (code >= kHdExceededMaxForce && code <= kHdForceError) is_dropped_ = true;
+    if (code == kHdDeviceFault || code == kHdCommError || code == kHdCommConfigError ||
+        code == kHdTimerError)
+      has_failed_ = true;
+  }
+}
+
+/// An update moves the origin, so it waits for a frame without force; until then the pose counts as
+/// not calibrated, which takes the force away.
+void HdHandle::look_after_calibration() noexcept {
+  const unsigned calibration = calls_.check_calibration();
+  is_calibrated_ = calibration == kHdCalibrated;
+  if (calibration == kHdNeedsUpdate && !has_force_)
+    calls_.update_calibration(static_cast<unsigned>(settings_.calibration_style));
+}
+
+bool HdHandle::read_pose(hal::BridgeSample& sample) noexcept {
+  double t[16] = {};
+  calls_.get_double(kHdTransform, t);
+  Mat3 turned = Mat3::Identity();
+  if (settings_.has_wrist) {
+    for (int column = 0; column < 3; ++column) turned.col(column) = scaled(t + 4 * column, 1.0);
+  }
+  return axes_.pose_to_d(scaled(t + 12, kMetresPerMillimetre), turned, sample.pose_dh);
+}
+
+bool HdHandle::read_twist(hal::BridgeSample& sample) noexcept {
+  double v[3] = {}, w[3] = {};
+  calls_.get_double(kHdVelocity, v);
+  if (settings_.has_wrist) calls_.get_double(kHdAngularVelocity, w);
+  const Twist twist_d = {axes_.to_d(scaled(v, kMetresPerMillimetre)), axes_.to_d(scaled(w, 1.0))};
+  if (!is_finite(twist_d)) return false;
+  sample.twist_d = record_of(twist_d);
+  return true;
+}
+
+VendorResult HdHandle::sense(hal::BridgeSample& sample) noexcept {
+  has_failed_ = is_dropped_ = false;
+  // Every call below acts on the current device.
+  calls_.make_current(handle_);
+  look_after_calibration();
+  calls_.begin_frame(handle_);
+  const bool is_pose = read_pose(sample);
+  sample.twist_valid = settings_.device_velocity && read_twist(sample);
+  int buttons = 0;
+  calls_.get_integer(kHdButtons, &buttons);
+  sample.switches = static_cast<std::uint32_t>(buttons);
+  take_errors();
+  sample.calibrated = is_calibrated_;
+  if (warm_ > 0) {
+    --warm_;
+    sample.faults |= kDeviceOverheated;
+  }
+  const bool is_early = frames_ < kFirstFrames;
+  if (is_early) ++frames_;
+  return is_early || !is_pose || has_failed_ ? VendorResult::kRefused : VendorResult::kDone;
+}
+
+VendorResult HdHandle::exert(bool drives, const Wrench& wrench_d) noexcept {
+  const Wrench wrench = drives ? wrench_d : Wrench{};
+  calls_.set_double(kHdForce, doubles_of(axes_.from_d(wrench.force_w), 1.0).data());
+  if (settings_.has_torque)
+    calls_.set_double(
+        kHdTorque,
+        doubles_of(axes_.from_d(wrench.torque_w), kMillinewtonMetresPerNewtonMetre).data());
+  calls_.end_frame(handle_);
+  has_force_ = !wrench.force_w.isZero(0) || !wrench.torque_w.isZero(0);
+  take_errors();
+  failures_ = has_failed_ ? failures_ + 1 : 0;
+  if (failures_ >= kMostFailures) return VendorResult::kLost;
+  return has_failed_ || is_dropped_ ? VendorResult::kRefused : VendorResult::kDone;
+}
+
+}  // namespace haptic::tools
