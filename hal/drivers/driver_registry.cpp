@@ -113,6 +113,53 @@ constexpr std::array kForceDimensionKeys = {
     DriverKey{"device_velocity", Kind::kFlag, "velocity by the library, not from poses"},
     DriverKey{"no_gravity_compensation", Kind::kFlag,
               "the library adds nothing that carries the handle's weight"}};
+// Keys of the bridges to arms (tools/bridges/arm/arm_settings.hpp).
+constexpr DriverKey kArmPort{"port", Kind::kPath, "the adapter, as /dev/serial/by-id/usb-..."};
+constexpr DriverKey kArmBaud{"baud", Kind::kNumber, "rate of the servos; 1000000 if absent", 9600,
+                             4'500'000};
+constexpr DriverKey kArmIds{"ids", Kind::kText,
+                            "ids of the servos from the base to the handle; 1 2 3 ... if absent"};
+constexpr DriverKey kArmUrdf{"urdf", Kind::kPath, "the arm's robot description"};
+constexpr DriverKey kArmBase{"base_link", Kind::kText, "link of it that stands still"};
+constexpr DriverKey kArmTip{"tip_link", Kind::kText, "link of it that the hand holds"};
+constexpr DriverKey kArmOffsets{"offsets_rad", Kind::kText,
+                                "angle of each servo where its joint is at 0; 0 if absent"};
+constexpr DriverKey kArmSigns{
+    "signs", Kind::kText, "1 or -1 a joint: it turns with its servo or against it; 1 if absent"};
+constexpr DriverKey kArmTurns{
+    "base_rpy_deg", Kind::kText,
+    "turns of the base about fixed x, y, z (x right, y away, z up); 0 0 90 if absent"};
+constexpr DriverKey kArmOrigin{"origin_m", Kind::kText,
+                               "middle of the workspace in the base's frame; 0 0 0 if absent"};
+constexpr DriverKey kArmTrigger{"trigger_id", Kind::kNumber,
+                                "servo that the hand pulls as the first switch", 0, 252};
+constexpr DriverKey kArmPull{"trigger_rad", Kind::kText, "its angles open and closed"};
+
+constexpr std::array kDynamixelKeys = {
+    kArmPort,
+    kArmBaud,
+    kArmIds,
+    kArmUrdf,
+    kArmBase,
+    kArmTip,
+    kArmOffsets,
+    kArmSigns,
+    kArmTurns,
+    kArmOrigin,
+    kArmTrigger,
+    kArmPull,
+    DriverKey{"pose_only", Kind::kFlag, "give no servo torque"},
+    DriverKey{"torque_limits_nm", Kind::kText,
+              "largest torque of each joint; a third of what the servos can if absent"},
+    DriverKey{"torque_nm_per_a", Kind::kText, "of each servo's output; its model's if absent"},
+    DriverKey{"max_force_n", Kind::kNumber, "largest force; what every pose allows if absent", 0.01,
+              100},
+    DriverKey{"gravity_share", Kind::kNumber,
+              "share of the arm's weight that it carries; 1 if absent", 0, 1.2}};
+
+constexpr std::array kFeetechKeys = {kArmPort,  kArmBaud,   kArmIds,     kArmUrdf,
+                                     kArmBase,  kArmTip,    kArmOffsets, kArmSigns,
+                                     kArmTurns, kArmOrigin, kArmTrigger, kArmPull};
 
 constexpr std::array kRows = {
     DriverRow{"reference",
@@ -153,7 +200,15 @@ constexpr std::array kRows = {
     DriverRow{"forcedimension", "Force Dimension sigma, lambda; omega, delta (force alone)",
               "By libdhd of the Force Dimension SDK 3.x, which you install.",
               "a stand-in of ours for libdhd", kForceDimensionKeys, make_bridged<kDofAll>, nullptr,
-              true}};
+              true},
+    DriverRow{"dynamixel", "Leader arms on DYNAMIXEL X servos",
+              "GELLO, FACTR, Koch and their kin, by their URDF: a cue, not a surface.",
+              "our model of its servos, which the official SDK reads and writes; never on hardware",
+              kDynamixelKeys, make_bridged<kDofAll>, nullptr, true},
+    DriverRow{"feetech", "Leader arms on Feetech STS servos",
+              "SO-100 and SO-101, by their URDF: poses, no force.",
+              "our model of its servos, which the official SDK reads and writes; never on hardware",
+              kFeetechKeys, make_bridged<0>, nullptr, true}};
 
 }  // namespace
 

@@ -24,7 +24,8 @@ namespace {
 constexpr std::size_t kLongestLine = 500;
 constexpr std::string_view kOwnName = "device_bridge: ";
 constexpr int kMostReads = 8;  // of a look
-constexpr std::int64_t kLongestEnd_ns = 1'000'000'000, kLook_ns = 5'000'000;
+// An arm lets its weight go over 1 s (tools/bridges/dynamixel), and asks silent servos longer.
+constexpr std::int64_t kLongestEnd_ns = 5'000'000'000, kLook_ns = 5'000'000;
 
 std::string text_of(int error) { return std::generic_category().message(error); }
 

@@ -113,6 +113,8 @@ class JointTree {
     for (std::size_t k = 0; k < order.size(); ++k) {
       const PlacedLink& parent = links_[order[k]];
       for (const std::size_t child : below_[order[k]]) {
+        links_[child].joint = joints_[child];
+        links_[child].parent = order[k];
         links_[child].in_root = parent.in_root.of(origin_below(*joints_[child], file_));
         for (const double x : links_[child].in_root.origin) {
           if (std::isfinite(x)) continue;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// The links of a robot description (URDF) and where its joints have them. Needs tinyxml2; not used
-/// outside this folder.
+/// The links of a robot description (URDF) and where its joints have them: for collision models
+/// here, and for the arms of tools/bridges. Needs tinyxml2.
 
 #include <tinyxml2.h>
 
@@ -52,6 +52,8 @@ struct PlacedLink {
   std::string name;  ///< without blanks around it
   const tinyxml2::XMLElement* element = nullptr;
   Placing in_root{};  ///< its frame in that of the root link, all joints at 0
+  const tinyxml2::XMLElement* joint = nullptr;  ///< above it; null: it is the root
+  std::size_t parent = 0;                       ///< index of the link above that joint
 };
 
 /// All links, in the order of the file. `notes`: joints whose limits leave 0 out. Cost: n log n.
