@@ -13,6 +13,7 @@
 #include "rt_core/haptic_core.hpp"
 #include "tools/library/bodies.hpp"
 #include "tools/library/call.hpp"
+#include "tools/library/handle_call.hpp"
 
 using namespace haptic;
 using namespace haptic::tools;
@@ -44,54 +45,14 @@ struct alignas(kStateAlignment) haptic_core {
   std::uint64_t ticks = 0;
   bool is_felt = false;              ///< the last step had a wrench
   SessionJudge judge, second_judge;  ///< by hand
+
+  static constexpr std::uint64_t kOpenMagic = 0x636f72656f70656e;
+  static constexpr std::uint64_t kClosedMagic = 0x73687574636f7265;
 };
 
 namespace {
 
-static_assert(HAPTIC_ALIGNMENT == kStateAlignment && HAPTIC_ALIGNMENT == kSceneAlignment);
-constexpr std::uint64_t kOpenMagic = 0x636f72656f70656e, kClosedMagic = 0x73687574636f7265;
-constexpr double kMostTime_s = 9.0e9;
-
-bool is_aligned(const void* p) noexcept {
-  return reinterpret_cast<std::uintptr_t>(p) % HAPTIC_ALIGNMENT == 0;
-}
-
-/// The core of a handle for the time of one call.
-class CoreCall {
- public:
-  explicit CoreCall(haptic_core* handle) noexcept {
-    error_ = take(handle);
-    if (error_ == HAPTIC_OK) handle_ = handle;
-  }
-  ~CoreCall() {
-    // Release: the next call finds what this one has written.
-    if (handle_ != nullptr) handle_->busy.store(false, std::memory_order_release);
-  }
-  CoreCall(const CoreCall&) = delete;
-  CoreCall& operator=(const CoreCall&) = delete;
-
-  [[nodiscard]] int error() const noexcept { return error_; }
-  [[nodiscard]] haptic_core& operator*() const noexcept { return *handle_; }
-
- private:
-  static int open_error(const haptic_core& handle) noexcept {
-    const std::uint64_t magic = handle.magic.load(std::memory_order_relaxed);
-    if (magic == kOpenMagic) return HAPTIC_OK;
-    return magic == kClosedMagic ? HAPTIC_ERROR_CLOSED : HAPTIC_ERROR_HANDLE;
-  }
-  static int take(haptic_core* handle) noexcept {
-    if (handle == nullptr) return HAPTIC_ERROR_NULL;
-    if (!is_aligned(handle)) return HAPTIC_ERROR_HANDLE;
-    if (const int error = open_error(*handle); error != HAPTIC_OK) return error;
-    if (handle->busy.exchange(true, std::memory_order_acquire)) return HAPTIC_ERROR_BUSY;
-    const int error = open_error(*handle);  // closed meanwhile
-    if (error != HAPTIC_OK) handle->busy.store(false, std::memory_order_release);
-    return error;
-  }
-
-  haptic_core* handle_ = nullptr;
-  int error_ = HAPTIC_OK;
-};
+using CoreCall = HandleCall<haptic_core>;
 
 int open_scene(const void* scene, std::size_t bytes, SceneView& view, PartScenes& parts,
                RtStatus& status) noexcept {
@@ -101,10 +62,6 @@ int open_scene(const void* scene, std::size_t bytes, SceneView& view, PartScenes
   status = SceneView::open({static_cast<const std::byte*>(scene), bytes}, view);
   if (status == RtStatus::kOk) status = PartScenes::open(view, parts);
   return status == RtStatus::kOk ? HAPTIC_OK : HAPTIC_ERROR_SCENE;
-}
-
-constexpr std::size_t aligned_size(std::size_t bytes) noexcept {
-  return (bytes + kStateAlignment - 1) / kStateAlignment * kStateAlignment;
 }
 
 /// One after the other from `memory` on.
@@ -286,7 +243,7 @@ int haptic_core_create(const void* scene, size_t scene_bytes, void* memory, size
   std::byte* const rest = static_cast<std::byte*>(memory) + sizeof(haptic_core);
   if (create(*handle, rest, bytes - sizeof(haptic_core)) != RtStatus::kOk)
     return HAPTIC_ERROR_SCENE;
-  handle->magic.store(kOpenMagic, std::memory_order_release);
+  handle->magic.store(haptic_core::kOpenMagic, std::memory_order_release);
   *core = handle;
   return HAPTIC_OK;
 }
@@ -441,6 +398,6 @@ int haptic_core_driven(haptic_core* core, haptic_driven* driven, size_t capacity
 int haptic_core_close(haptic_core* core) {
   const CoreCall call(core);
   if (call.error() != HAPTIC_OK) return call.error();
-  (*call).magic.store(kClosedMagic, std::memory_order_relaxed);
+  (*call).magic.store(haptic_core::kClosedMagic, std::memory_order_relaxed);
   return HAPTIC_OK;
 }

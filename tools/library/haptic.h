@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #ifndef HAPTIC_H_INCLUDED
 #define HAPTIC_H_INCLUDED
-/// The C interface of the haptic renderer (C99; libhaptic.so.0). Five groups: errors, core,
+/// The C interface of the haptic renderer (C99; libhaptic.so.0). Six groups: errors, core, servo,
 /// compile, plan, session.
 ///
 /// Units are SI: m, s, N, N m, rad. Frames: W the workspace, A the part in the hand (the frame of
@@ -177,10 +177,11 @@ typedef struct haptic_step_output {
 HAPTIC_API int haptic_core_step(haptic_core* core, const haptic_step_input* input,
                                 haptic_step_output* output);
 
-/// One tick of a scene with two hands (HAPTIC_HAND2), the same time for both. A hand whose input is null keeps
-/// its goal: its part is held still, and its output, which may be null too, stays as it is. HAPTIC_ERROR_POSE: that hand's
-/// output has a zero wrench and it keeps its goal; the other has made its tick. HAPTIC_ERROR_PART: the scene has one
-/// hand. Threads as haptic_core_step. Cost: bounded by the scene.
+/// One tick of a scene with two hands (HAPTIC_HAND2), the same time for both. A hand whose input is
+/// null keeps its goal: its part is held still, and its output, which may be null too, stays as it
+/// is. HAPTIC_ERROR_POSE: that hand's output has a zero wrench and it keeps its goal; the other has
+/// made its tick. HAPTIC_ERROR_PART: the scene has one hand. Threads as haptic_core_step. Cost:
+/// bounded by the scene.
 HAPTIC_API int haptic_core_step_hands(haptic_core* core, const haptic_step_input* first,
                                       const haptic_step_input* second,
                                       haptic_step_output* first_output,
@@ -207,7 +208,8 @@ typedef struct haptic_replay {
 /// Threads as haptic_core_step. Cost: `count` ticks.
 HAPTIC_API int haptic_core_replay(haptic_core* core, haptic_replay* replay);
 
-/// The verdict so far; of two hands that of the second where only it has failed. Threads as haptic_core_step; constant cost.
+/// The verdict so far; of two hands that of the second where only it has failed. Threads as
+/// haptic_core_step; constant cost.
 HAPTIC_API int haptic_core_verdict(haptic_core* core, haptic_verdict* verdict);
 
 /// Forgets all contact and the verdict: the next tick is a first tick. Of a scene whose parts are
@@ -244,8 +246,8 @@ HAPTIC_API int haptic_core_release_part(haptic_core* core, uint32_t hand);
 HAPTIC_API int haptic_core_bodies(haptic_core* core, haptic_body* bodies, size_t capacity,
                                   size_t body_bytes, size_t* count);
 
-/// A pose of a frame that its owner moves: of the fixed parts in W, or of a driven part's mesh frame
-/// in theirs.
+/// A pose of a frame that its owner moves: of the fixed parts in W, or of a driven part's mesh
+/// frame in theirs.
 typedef struct haptic_frame {
   uint32_t struct_size;
   uint32_t stands;  ///< not 0: it stays there, and no newer pose is waited for
@@ -258,8 +260,8 @@ typedef struct haptic_frame {
   { sizeof(haptic_frame), 0, {0, 0, 0, 0, 0, 0, 1}, 0.25, 1.0, 0.1 }
 
 /// A part that its owner moves: a robot's fixture, a conveyor, a body of another simulator. It
-/// pushes the part in the hand and does not yield, but stays behind where it would go through it. Or a
-/// loose one, which yields: `commanded` is its anchor.
+/// pushes the part in the hand and does not yield, but stays behind where it would go through it.
+/// Or a loose one, which yields: `commanded` is its anchor.
 typedef struct haptic_driven {
   double pose[7];       ///< of its mesh frame in W, where it is felt
   double commanded[7];  ///< the same, where its owner has it now
@@ -291,6 +293,134 @@ HAPTIC_API int haptic_core_driven(haptic_core* core, haptic_driven* driven, size
 /// HAPTIC_ERROR_CLOSED. Threads as haptic_core_step; constant cost.
 HAPTIC_API int haptic_core_close(haptic_core* core);
 
+// Servo: the tick of `run_device` in memory of the caller, for a program that has a device and its
+// loop: checks of the device's state, the map from the device to the scene, arming by the deadman
+// switch, limits, ramps. Nothing here allocates, locks or makes a system call.
+
+/// Relation of the device to the scene, and what it may exert. A number that is 0 is the default in
+/// brackets. D: the device's base frame.
+typedef struct haptic_servo_options {
+  uint32_t struct_size;
+  uint32_t deadman;         ///< mask of switches: force only while all of them are held; not 0
+  uint32_t clutch;          ///< mask: while any is held the handle moves without the part
+  uint32_t emergency_stop;  ///< mask: any of them ramps the force to zero, latched
+  uint32_t driven_axes;     ///< that have motors: bits x y z, turns about x y z
+  /// 0: the part begins where the scene has it start, wherever the handle stands, and again after
+  /// each fault; offset_m and part_rotation are found. Not 0: the part is where the handle is.
+  uint32_t is_absolute;
+  double rate_hz;              ///< of the ticks, 50 to 10 000 (the scene's)
+  double scale;                ///< metres in the scene per metre at the device; 1e-3 to 1e3
+  double rotation[4];          ///< x y z w, from axes of D to those of W
+  double offset_m[3];          ///< D's origin in W
+  double part_rotation[4];     ///< x y z w, from A's axes to those of the handle
+  double max_force_n;          ///< norm (3); at most 1000
+  double max_torque_nm;        ///< norm (0.05); at most 100
+  double slew_n_per_s;         ///< largest change for any reason (600); at most 1e6
+  double slew_nm_per_s;        ///< (10); at most 1e5
+  double ramp_in_s;            ///< after arming (0.1); 0.05 to 10
+  double jump_speed_m_per_s;   ///< no hand is as fast: an encoder jumped (10); at most 1000
+  double jump_turn_rad_per_s;  ///< (200); at most 1e5
+} haptic_servo_options;
+#define HAPTIC_SERVO_OPTIONS_INIT                                                                \
+  {                                                                                              \
+    sizeof(haptic_servo_options), 1, 0, 0, 0x3f, 0, 0, 1, {0, 0, 0, 1}, {0}, {0, 0, 0, 1}, 0, 0, \
+        0, 0, 0, 0, 0                                                                            \
+  }
+
+/// Memory that it takes, and the bounds of a tick.
+typedef struct haptic_servo_bounds {
+  uint32_t struct_size;
+  uint32_t held_periods;  ///< without a new report or a tick: no effect
+  uint32_t lost_periods;  ///< up to these the last wrench fades; beyond, a fault
+  uint32_t most_work;  ///< plane gaps and feature evaluations of a tick (haptic_servo_output.work)
+  uint64_t memory_bytes;  ///< that haptic_servo_begin needs
+  double period_s;
+  double longest_ramp_s;  ///< from the largest wrench to zero: the device's own watchdog is longer
+} haptic_servo_bounds;
+#define HAPTIC_SERVO_BOUNDS_INIT \
+  { sizeof(haptic_servo_bounds), 0, 0, 0, 0, 0, 0 }
+
+/// Any thread. HAPTIC_ERROR_NUMBER: a number of the options is outside its range;
+/// HAPTIC_ERROR_POSE: a rotation is not of unit length; HAPTIC_ERROR_PART: the scene has two hands.
+/// Cost: one pass over the scene.
+HAPTIC_API int haptic_servo_bounds_of(const void* scene, size_t scene_bytes,
+                                      const haptic_servo_options* options,
+                                      haptic_servo_bounds* bounds);
+
+typedef struct haptic_servo haptic_servo;
+
+/// Builds it at the begin of `memory`, disarmed. Scene and memory stay where they are until
+/// haptic_servo_close, and nobody changes them. Errors as haptic_servo_bounds_of. Of a scene whose
+/// parts are held one after another the first is held all through. Any thread. Cost: one pass over
+/// the scene.
+HAPTIC_API int haptic_servo_begin(const void* scene, size_t scene_bytes, void* memory,
+                                  size_t memory_bytes, const haptic_servo_options* options,
+                                  haptic_servo** servo);
+
+/// Input of one tick: the device's newest report.
+typedef struct haptic_servo_input {
+  uint32_t struct_size;
+  uint32_t ready;           ///< not 0: the device is there, calibrated, and reports
+  uint32_t switches;        ///< bit set: pressed
+  uint32_t has_twist;       ///< not 0: `twist` is measured; else it is found from the poses
+  uint32_t emergency_stop;  ///< not 0: a call for it, latched
+  uint32_t device_faults;   ///< of the device, as DeviceFault; any of them is a fault, latched
+  uint64_t report;       ///< counts the reports, from 1 on; unchanged while there is no newer one
+  double report_time_s;  ///< when it came; by the clock of time_s
+  double time_s;         ///< at the begin of the tick; from a clock that only goes forward
+  double pose[7];        ///< of the handle in D
+  double twist[6];       ///< of the handle in axes of D: m/s, then rad/s
+} haptic_servo_input;
+#define HAPTIC_SERVO_INPUT_INIT                                                      \
+  {                                                                                  \
+    sizeof(haptic_servo_input), 0, 0, 0, 0, 0, 0, 0, 0, {0, 0, 0, 0, 0, 0, 1}, { 0 } \
+  }
+
+/// Output of one tick.
+typedef struct haptic_servo_output {
+  uint32_t struct_size;
+  uint32_t arming;          ///< 0 disarmed, 1 arming, 2 armed, 3 disarming, 4 faulted
+  double wrench[6];         ///< for the device: at the handle's point, in axes of D; always finite
+  double rendered[6];       ///< before arming, limits and ramps: about the grip point, axes of W
+  double felt_pose[7];      ///< of A in W, free of obstacles
+  double goal_pose[7];      ///< of A in W, as the handle wants it
+  double gap_m;             ///< as in haptic_step_output
+  uint64_t state_hash;      ///< as in haptic_step_output
+  uint32_t safety_faults;   ///< SafetyFault of rt_core/safety/arming.hpp, latched
+  uint32_t present_faults;  ///< the same, causes that are there now
+  uint32_t waits;           ///< ArmingWait of that file: why it does not arm; 0: it is armed
+  uint32_t limited;         ///< LimiterFlag of rt_core/safety/output_limiter.hpp
+  uint32_t situation, flags, near_count;  ///< as in haptic_step_output
+  uint32_t armings;                       ///< so far
+  uint32_t work, reserved;
+} haptic_servo_output;
+#define HAPTIC_SERVO_OUTPUT_INIT \
+  { sizeof(haptic_servo_output), 0, {0}, {0}, {0}, {0}, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
+
+/// One tick. Any numbers in the input are safe: for each of them `wrench` is finite, within the
+/// limits, and differs from that of the tick before by at most the slew limit times the time since,
+/// of which two periods count; the return value is HAPTIC_OK. A pose that is not finite, not of
+/// unit length or farther away than a hand moves, a report or a tick that is late by more than
+/// lost_periods, a time that is none or goes back, a device that is not ready, a stop: the wrench
+/// ramps to zero at once and stays there until the cause is gone, and the deadman switch has been
+/// released and pressed again. With an error, `wrench` is zero: end the loop. The servo's own
+/// thread (one at a time: a second one gets HAPTIC_ERROR_BUSY). Cost: bounded, most_work and a
+/// constant.
+HAPTIC_API int haptic_servo_tick(haptic_servo* servo, const haptic_servo_input* input,
+                                 haptic_servo_output* output);
+
+/// Stop by software, of the next tick: as haptic_servo_input.emergency_stop. Any thread, also
+/// during a tick; constant cost.
+HAPTIC_API int haptic_servo_stop(haptic_servo* servo);
+
+/// The verdict of all ticks so far. Threads as haptic_servo_tick. Cost: one copy and a line of
+/// text.
+HAPTIC_API int haptic_servo_verdict(haptic_servo* servo, haptic_verdict* verdict);
+
+/// The servo is over: its memory may be used for something else. Until then every call gives
+/// HAPTIC_ERROR_CLOSED. Threads as haptic_servo_tick; constant cost.
+HAPTIC_API int haptic_servo_close(haptic_servo* servo);
+
 // Compile: meshes to the bytes of a scene.
 
 /// Role of a part beside the first.
@@ -298,9 +428,11 @@ typedef enum haptic_role {
   HAPTIC_FIXED = 0,   ///< it stands
   HAPTIC_PLACED = 1,  ///< the hand may hold it after the first, and it stays where it is let go
   HAPTIC_DRIVEN = 2,  ///< its owner moves it: haptic_core_drive, haptic_session_drive
-  HAPTIC_HAND2 = 3,   ///< a second hand holds it all the time, and none is PLACED: haptic_core_step_hands; it is part 1,
-                      ///< and the others come behind it in their order
-  HAPTIC_LOOSE = 4    ///< what moves pushes it with 0.5 N, and it stays where that leaves it; none is PLACED
+  HAPTIC_HAND2 =
+      3,  ///< a second hand holds it all the time, and none is PLACED: haptic_core_step_hands; it
+          ///< is part 1, and the others come behind it in their order
+  HAPTIC_LOOSE =
+      4  ///< what moves pushes it with 0.5 N, and it stays where that leaves it; none is PLACED
 } haptic_role;
 
 /// One part: a mesh file, or arrays.
@@ -462,8 +594,8 @@ typedef struct haptic_session_options {
   double rate_hz;      ///< of the loop, 50 to 10 000; 0: the scene's
   double history_s;    ///< of haptic_session_history; 0 to 3600
   int32_t priority;    ///< SCHED_FIFO of the servo thread, 1 to 99; 0: ordinary
-  int32_t hands;       ///< led, each on such a device of its own: 1, or 2 in a scene with two hands;
-                       ///< 0: 1, and a second one holds its part still
+  int32_t hands;  ///< led, each on such a device of its own: 1, or 2 in a scene with two hands;
+                  ///< 0: 1, and a second one holds its part still
 } haptic_session_options;
 #define HAPTIC_SESSION_OPTIONS_INIT \
   { sizeof(haptic_session_options), HAPTIC_HOLD_AGAIN, "sim", 0.0, 10.0, 0, 0 }
@@ -475,8 +607,8 @@ typedef struct haptic_session_options {
 /// part role = "hand2" and compile it again. Any thread. Cost: milliseconds; allocates.
 ///
 /// Two hands are moved in one tick, so that one feels of the other what that feels of it. Each has
-/// its device, thread, arming, limits and ramps: where one is released its part is held still. After
-/// a fault a part is led on from where it is. haptic_session_stop is of both.
+/// its device, thread, arming, limits and ramps: where one is released its part is held still.
+/// After a fault a part is led on from where it is. haptic_session_stop is of both.
 HAPTIC_API int haptic_session_open(const void* scene, size_t scene_bytes,
                                    const haptic_session_options* options, haptic_session** session);
 
@@ -582,8 +714,8 @@ typedef struct haptic_hand_goal {
 HAPTIC_API int haptic_session_move_hand(haptic_session* session, const haptic_hand_goal* goal,
                                         uint64_t* number);
 
-/// Each hand holds or releases its deadman switch: `hold` is of haptic_hold. After a fault: release,
-/// then hold again. Threads and cost as haptic_session_move_hand.
+/// Each hand holds or releases its deadman switch: `hold` is of haptic_hold. After a fault:
+/// release, then hold again. Threads and cost as haptic_session_move_hand.
 HAPTIC_API int haptic_session_hold(haptic_session* session, int hold);
 
 /// The same of `hand` alone, as haptic_session_state_of.
@@ -604,18 +736,18 @@ HAPTIC_API int haptic_session_bodies(const haptic_session* session, haptic_body*
                                      size_t capacity, size_t body_bytes, size_t* count);
 
 /// Moves the fixed parts: `frame` is the one in which the scene has them, in W. They are moved by
-/// the caller: a robot, or a simulator. To be called 30 to 200 times a second, from the time of the first call
-/// on. Between two poses the frame is interpolated, an interval behind. A pose that is too fast,
-/// late, or none (then also HAPTIC_ERROR_POSE) never makes the force jump: the parts stay where
-/// they are, the force ramps to zero (haptic_state.safety_faults, 1 << 13), and once it is zero
-/// they are at the newest pose; the deadman switch must be pressed again. A first pose that is far
-/// from W does the same where the hand is held: give it before, with options.hold HAPTIC_RELEASE.
-/// Any thread; a second one waits, the servo thread never does. Constant cost.
+/// the caller: a robot, or a simulator. To be called 30 to 200 times a second, from the time of the
+/// first call on. Between two poses the frame is interpolated, an interval behind. A pose that is
+/// too fast, late, or none (then also HAPTIC_ERROR_POSE) never makes the force jump: the parts stay
+/// where they are, the force ramps to zero (haptic_state.safety_faults, 1 << 13), and once it is
+/// zero they are at the newest pose; the deadman switch must be pressed again. A first pose that is
+/// far from W does the same where the hand is held: give it before, with options.hold
+/// HAPTIC_RELEASE. Any thread; a second one waits, the servo thread never does. Constant cost.
 HAPTIC_API int haptic_session_frame(haptic_session* session, const haptic_frame* frame);
 
-/// As haptic_core_drive, now. A lost one that touches the part in the hand is the same cause for the
-/// device as a lost frame of the fixed parts (haptic_state.safety_faults, 1 << 13). Any thread; a
-/// second one waits, the servo thread never does. Constant cost.
+/// As haptic_core_drive, now. A lost one that touches the part in the hand is the same cause for
+/// the device as a lost frame of the fixed parts (haptic_state.safety_faults, 1 << 13). Any thread;
+/// a second one waits, the servo thread never does. Constant cost.
 HAPTIC_API int haptic_session_drive(haptic_session* session, uint32_t part,
                                     const haptic_frame* frame);
 

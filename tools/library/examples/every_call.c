@@ -343,6 +343,37 @@ static void run_session(const void* scene, size_t scene_bytes) {
   EXPECT(session == NULL);
 }
 
+// The servo tick in a loop of the program's own: pressed by a handle that is moved here (own_device_loop.c has more).
+static void run_servo(const void* scene, size_t scene_bytes) {
+  haptic_servo_options options = HAPTIC_SERVO_OPTIONS_INIT;
+  haptic_servo_bounds bounds = HAPTIC_SERVO_BOUNDS_INIT;
+  haptic_servo_input input = HAPTIC_SERVO_INPUT_INIT;
+  haptic_servo_output output = HAPTIC_SERVO_OUTPUT_INIT;
+  haptic_verdict verdict = HAPTIC_VERDICT_INIT;
+  haptic_servo* servo = NULL;
+  void* memory;
+  int k;
+  REQUIRE(haptic_servo_bounds_of(scene, scene_bytes, &options, &bounds));
+  memory = aligned(bounds.memory_bytes);
+  REQUIRE(haptic_servo_begin(scene, scene_bytes, memory, bounds.memory_bytes, &options, &servo));
+  input.ready = 1;
+  for (k = 1; k <= 400; ++k) {
+    input.report = (uint64_t)k;
+    input.report_time_s = input.time_s = 0.001 * k;
+    input.pose[2] = -0.0001 * fmin(k, 240);
+    input.switches = k > 100;  // held from the start it would not count
+    REQUIRE(haptic_servo_tick(servo, &input, &output));
+    EXPECT(output.work <= bounds.most_work);
+  }
+  printf("servo: armed %d, %.3f N\n", output.arming == 2, output.wrench[2]);
+  EXPECT(output.arming == 2 && output.wrench[2] > 1);
+  REQUIRE(haptic_servo_stop(servo));
+  REQUIRE(haptic_servo_verdict(servo, &verdict));
+  EXPECT(verdict.failures == 0);
+  REQUIRE(haptic_servo_close(servo));
+  free(memory);
+}
+
 int main(void) {
   const void* scene = NULL;
   size_t scene_bytes = 0;
@@ -352,6 +383,7 @@ int main(void) {
   REQUIRE(haptic_compiled_bytes(compiled, &scene, &scene_bytes));
   plan(scene, scene_bytes);
   run_core(scene, scene_bytes);
+  run_servo(scene, scene_bytes);
   run_session(scene, scene_bytes);
   hold_parts();
   drive_parts();
