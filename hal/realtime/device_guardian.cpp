@@ -90,7 +90,10 @@ int DeviceGuardian::make_seats() {
   const std::size_t flights_bytes = settings_.devices * flight_bytes;
   const std::size_t up_bytes = sizeof(Reports) + flights_bytes + settings_.report_bytes;
   for (unsigned k = 0; k <= settings_.spares; ++k) {
-    seats_.push_back(std::make_unique<Seat>(up_bytes, sizeof(Orders)));
+    seats_.push_back(std::make_unique<Seat>(up_bytes, sizeof(Orders),
+                                            settings_.has_reader
+                                                ? SharedMemory::Readers::kByDescriptor
+                                                : SharedMemory::Readers::kChildren));
     Seat& seat = *seats_.back();
     if (seat.up.bytes().empty() || seat.down.bytes().empty()) return ENOMEM;
     auto* const reports = new (seat.up.bytes().data()) Reports;
@@ -207,6 +210,16 @@ void DeviceGuardian::order(unsigned number, std::uint64_t value) noexcept {
   seats_[number]->orders->order.store(value, std::memory_order_release);
 }
 
+ServoReports DeviceGuardian::reports(unsigned number) const {
+  const Seat& seat = *seats_[number];
+  ServoReports reports;
+  reports.descriptor = seat.up.descriptor();
+  reports.memory = seat.up.bytes();
+  for (std::size_t d = 0; d < settings_.devices; ++d) reports.flights[d] = seat.flights[d];
+  reports.report = seat.report;
+  return reports;
+}
+
 std::vector<StepTrace> DeviceGuardian::flight_of(const Seat& seat, std::size_t device) {
   const std::span<const std::byte> flight = seat.flights[device];
   std::vector<StepTrace> records(flight.size() / sizeof(StepTrace));
@@ -281,13 +294,15 @@ GuardianNews DeviceGuardian::wait(int timeout_ms) {
     const int descriptor = seats_[at_work_]->process.descriptor();
     const int look_ms = descriptor < 0 && !told_ ? kBlindLook_ms : kLook_ms;
     const int turn_ms = timeout_ms < 0 ? look_ms : std::min(look_ms, left_ms);
-    std::array<pollfd, 2 + kMostDevices> watched{};
+    std::array<pollfd, 3 + kMostDevices> watched{};
     watched[0] = {signals_.descriptor(), POLLIN, 0};
     watched[1] = {told_ ? -1 : descriptor, POLLIN, 0};
     for (std::size_t d = 0; d < kMostDevices; ++d) {
       const Hold& hold = holds_[d];
       watched[2 + d] = {hold.keeper_end.ended ? -1 : hold.keeper.descriptor(), POLLIN, 0};
     }
+    pollfd& caller = watched.back();
+    caller = {caller_, POLLIN, 0};
     ::poll(watched.data(), watched.size(), turn_ms);
     look_at_ticks();
     if (look_for_end()) return GuardianNews::kServoEnded;
@@ -296,6 +311,7 @@ GuardianNews DeviceGuardian::wait(int timeout_ms) {
       return GuardianNews::kStopAsked;
     }
     if (look_for_keeper()) return GuardianNews::kKeeperEnded;
+    if (caller.revents != 0) return GuardianNews::kCalled;
     if (timeout_ms >= 0) left_ms -= std::max(turn_ms, 1);
   }
   return GuardianNews::kNone;

@@ -54,6 +54,16 @@ struct GuardianSettings {
   UsbThreadSettings thread;
   /// Runs in a process of its own, in time that nobody else wants (SCHED_IDLE); empty: none does.
   WatcherBody watcher;
+  /// Another program may read what the servo processes write: DeviceGuardian::reports.
+  bool has_reader = false;
+};
+
+/// Memory that one servo process writes, for a reader in another program.
+struct ServoReports {
+  int descriptor = -1;                ///< of the guardian; it can be mapped read-only alone
+  std::span<const std::byte> memory;  ///< the same, as it is mapped here
+  std::array<std::span<const std::byte>, kMostDevices> flights;  ///< of it, by device
+  std::span<const std::byte> report;                             ///< of it: ServoSeat::report
 };
 
 /// The memory of one servo process, all of it shared and none of it its spare's: what a killed
@@ -88,6 +98,7 @@ struct ServoEnd {
 enum class GuardianNews : std::uint8_t {
   kNone = 0,
   kStopAsked,   ///< a signal, see stop_signal()
+  kCalled,      ///< the descriptor of `listen` can be read
   kServoEnded,  ///< see servo_end(); the force is on its way to zero
   kKeeperEnded  ///< a zero-keeper, see keeper_end(); reported once
 };
@@ -116,6 +127,11 @@ class DeviceGuardian {
   [[nodiscard]] std::span<std::byte> report(unsigned number) noexcept;
   /// A number for the process of a seat, to be read when it begins.
   void order(unsigned number, std::uint64_t value) noexcept;
+  /// Memory of a seat; settings.has_reader, and started.
+  [[nodiscard]] ServoReports reports(unsigned number) const;
+  [[nodiscard]] unsigned seats() const noexcept { return static_cast<unsigned>(seats_.size()); }
+  /// `wait` returns with kCalled while `descriptor` can be read or has been hung up; -1: none.
+  void listen(int descriptor) noexcept { caller_ = descriptor; }
   /// Newest ticks of the process at work, oldest first; also while it runs.
   [[nodiscard]] std::vector<StepTrace> flight(std::size_t device = 0) const;
   /// For LinkSettings::zero_holder.
@@ -166,7 +182,8 @@ class DeviceGuardian {
   struct Reports;
   /// Memory of one process. Two mappings, each written by one side.
   struct Seat {
-    Seat(std::size_t up_bytes, std::size_t down_bytes) : up(up_bytes), down(down_bytes) {}
+    Seat(std::size_t up_bytes, std::size_t down_bytes, SharedMemory::Readers readers)
+        : up(up_bytes, readers), down(down_bytes) {}
     SharedMemory up, down;  ///< from the servo; from the guardian
     std::array<DeviceMailbox, kMostDevices> mailboxes;
     std::array<std::span<std::byte>, kMostDevices> flights;
@@ -206,6 +223,7 @@ class DeviceGuardian {
   bool orderly_ = true, stopped_ = false;
   ServoEnd end_;
   int stop_signal_ = 0;
+  int caller_ = -1;
   StopSignals signals_;
   // Observations of the process at work: its last tick, and how long it has been silent.
   std::unique_ptr<NewestReader<DeviceCommand>> ticks_;

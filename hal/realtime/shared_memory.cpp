@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/realtime/shared_memory.hpp"
 
+#include <fcntl.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <cerrno>
 
@@ -9,14 +11,28 @@ namespace haptic::hal {
 namespace {
 
 constexpr std::size_t kMapPageBytes = 4096;  // the smallest there is
+// linux/fcntl.h has it, and cannot be included beside fcntl.h.
+constexpr int kSealFutureWrite = 0x0010;
 
 }  // namespace
 
-SharedMemory::SharedMemory(std::size_t byte_count) noexcept {
+SharedMemory::SharedMemory(std::size_t byte_count, Readers readers) noexcept {
   if (byte_count == 0) return;
-  void* const memory = mmap(nullptr, byte_count, PROT_READ | PROT_WRITE,
-                            MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+  int kind = MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE;
+  if (readers == Readers::kByDescriptor) {
+    kind = MAP_SHARED | MAP_POPULATE;
+    descriptor_ = memfd_create("haptic shared memory", MFD_CLOEXEC | MFD_ALLOW_SEALING);
+    if (descriptor_ < 0 || ftruncate(descriptor_, static_cast<off_t>(byte_count)) != 0) return;
+  }
+  void* const memory = mmap(nullptr, byte_count, PROT_READ | PROT_WRITE, kind, descriptor_, 0);
   if (memory == MAP_FAILED) return;
+  // After our own mapping: nobody gets another one that writes.
+  if (descriptor_ >= 0 &&
+      fcntl(descriptor_, F_ADD_SEALS,
+            F_SEAL_SHRINK | F_SEAL_GROW | kSealFutureWrite | F_SEAL_SEAL) != 0) {
+    munmap(memory, byte_count);
+    return;
+  }
   bytes_ = {static_cast<std::byte*>(memory), byte_count};
   locked_ = mlock(memory, byte_count) == 0;
 }
@@ -36,7 +52,10 @@ bool SharedMemory::enter() noexcept {
   return locked_;
 }
 
-SharedMemory::~SharedMemory() { leave(); }
+SharedMemory::~SharedMemory() {
+  leave();
+  if (descriptor_ >= 0) close(descriptor_);
+}
 
 void SharedMemory::leave() noexcept {
   if (!bytes_.empty()) munmap(bytes_.data(), bytes_.size());

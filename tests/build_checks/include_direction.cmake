@@ -25,6 +25,7 @@ set(may_tools rt_core/ tools/)
 set(may_tools/run_device rt_core/ tools/ hal/)
 set(may_tools/live rt_core/ tools/ hal/)
 set(may_tools/bridges rt_core/ tools/ hal/)
+set(may_tools/session rt_core/ tools/ hal/)
 set(may_tools/library rt_core/ tools/ hal/)
 # Compiled into the page's module too.
 set(may_tools/verdict rt_core/ tools/verdict/)

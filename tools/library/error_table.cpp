@@ -33,7 +33,9 @@ constexpr std::array kErrors = {
     ErrorEntry{"HAPTIC_ERROR_INPUT", "a file or mesh cannot be used; the messages say why"},
     ErrorEntry{"HAPTIC_ERROR_LIMIT",
                "the scene exceeds a limit of time or memory; the messages say which"},
-    ErrorEntry{"HAPTIC_ERROR_DEVICE", "there is no device of that name; \"sim\" is always there"},
+    ErrorEntry{"HAPTIC_ERROR_DEVICE",
+               "there is no device of that name, it cannot be had, or it has no simulated hand; "
+               "\"sim\" is always there, and a configuration of run_device ends in .toml"},
     ErrorEntry{"HAPTIC_ERROR_SYSTEM", "the operating system refused"},
     ErrorEntry{"HAPTIC_ERROR_INTERNAL",
                "a fault of the library; please report it with the input that led to it"},

@@ -49,7 +49,8 @@ typedef enum haptic_error {
   HAPTIC_ERROR_MEMORY = 10,  ///< too little memory, or not aligned to HAPTIC_ALIGNMENT
   HAPTIC_ERROR_INPUT = 11,   ///< a file or mesh cannot be used: see the messages
   HAPTIC_ERROR_LIMIT = 12,   ///< the scene exceeds a limit of time or memory: see the messages
-  HAPTIC_ERROR_DEVICE = 13,  ///< there is no device of that name
+  HAPTIC_ERROR_DEVICE = 13,  ///< there is no such device, or it is refused; or it has no simulated
+                             ///< hand
   HAPTIC_ERROR_SYSTEM = 14,  ///< the operating system refused: threads, files
   HAPTIC_ERROR_INTERNAL = 15,  ///< a fault of this library; please report it with the input
   HAPTIC_ERROR_NO_PLAN = 16,   ///< no way to the goal was found, or there is none: see the text
@@ -590,7 +591,8 @@ typedef enum haptic_hold {
 typedef struct haptic_session_options {
   uint32_t struct_size;
   uint32_t hold;       ///< haptic_hold, from the start
-  const char* device;  ///< "sim": a simulated handle and hand
+  const char* device;  ///< "sim": a simulated handle and hand; or the path of a configuration of
+                       ///< run_device, which ends in ".toml"
   double rate_hz;      ///< of the loop, 50 to 10 000; 0: the scene's
   double history_s;    ///< of haptic_session_history; 0 to 3600
   int32_t priority;    ///< SCHED_FIFO of the servo thread, 1 to 99; 0: ordinary
@@ -609,8 +611,25 @@ typedef struct haptic_session_options {
 /// Two hands are moved in one tick, so that one feels of the other what that feels of it. Each has
 /// its device, thread, arming, limits and ramps: where one is released its part is held still.
 /// After a fault a part is led on from where it is. haptic_session_stop is of both.
+///
+/// With a configuration the library starts `run_device`, the supervised program, which holds the
+/// device: if this program dies, by SIGKILL too, or closes the session, the force ramps to zero at
+/// once. It is the program that HAPTIC_RUN_DEVICE names, else the one in the folder bin beside that
+/// of the library, else the one of PATH. The scene of the configuration must be the same bytes as
+/// `scene`; rate, priority, limits and switches are the configuration's, options.hold counts for
+/// nothing, and hands is the number of its devices, or 0. The device need not be there yet:
+/// haptic_session_device says. A process that is forked from this one does not have the session:
+/// HAPTIC_ERROR_CLOSED. HAPTIC_ERROR_SYSTEM: no run_device; HAPTIC_ERROR_VERSION: it is of another
+/// version; HAPTIC_ERROR_INPUT: the configuration is refused; HAPTIC_ERROR_DEVICE: the machine or
+/// the device is. Cost: up to some seconds.
 HAPTIC_API int haptic_session_open(const void* scene, size_t scene_bytes,
                                    const haptic_session_options* options, haptic_session** session);
+
+/// The same; where it fails `text` becomes a sentence or some that say why, at most text_bytes - 1
+/// characters: of a configuration with file, line and fix.
+HAPTIC_API int haptic_session_open_text(const void* scene, size_t scene_bytes,
+                                        const haptic_session_options* options,
+                                        haptic_session** session, char* text, size_t text_bytes);
 
 /// The newest tick.
 typedef struct haptic_state {
@@ -628,7 +647,7 @@ typedef struct haptic_state {
   uint32_t arming;            ///< 0 disarmed, 1 arming, 2 armed, 3 disarming, 4 faulted
   uint32_t safety_faults;     ///< SafetyFault of rt_core/safety/arming.hpp, latched
   uint32_t device_faults;     ///< DeviceFault of rt_core/exchange/device_exchange.hpp
-  uint32_t hand_held;         ///< the hand holds the deadman switch
+  uint32_t hand_held;         ///< the deadman switch is held
   uint32_t armings;           ///< so far
   uint32_t reserved;
   uint64_t goals_reached;  ///< number of the last goal of the hand that it has come to the end of
@@ -647,6 +666,54 @@ HAPTIC_API int haptic_session_state(const haptic_session* session, haptic_state*
 /// loop is the same for both.
 HAPTIC_API int haptic_session_state_of(const haptic_session* session, uint32_t hand,
                                        haptic_state* state);
+
+/// Phase of a session's device.
+typedef enum haptic_device_phase {
+  HAPTIC_DEVICE_STARTS = 0,
+  HAPTIC_DEVICE_RUNS = 1,  ///< the loop ticks; the device may be away: haptic_device_status.link
+  HAPTIC_DEVICE_ENDED = 2  ///< for good: closed, refused or lost; there is no force any more
+} haptic_device_phase;
+
+/// The device of a hand.
+typedef struct haptic_device_status {
+  uint32_t struct_size;
+  uint32_t phase;      ///< haptic_device_phase
+  uint32_t link;       ///< 0 absent, 1 starting, 2 ready
+  uint32_t faults;     ///< DeviceFault of rt_core/exchange/device_exchange.hpp
+  uint32_t is_silent;  ///< not 0: the process that renders does not answer; the force ramps to zero
+  int32_t exit_code;   ///< of run_device, once it has ended
+  uint64_t connects;   ///< so far
+  uint64_t reports;    ///< so far
+  double force_n;      ///< that the device may have now: never less than it has
+  double torque_nm;
+  char waits_for[256];  ///< why it does not arm; empty: it is armed, or nothing is known yet
+  char trouble[256];    ///< of the link
+  char why[512];        ///< it has ended
+} haptic_device_status;
+#define HAPTIC_DEVICE_STATUS_INIT                                            \
+  {                                                                          \
+    sizeof(haptic_device_status), 0, 0, 0, 0, 0, 0, 0, 0, 0, {0}, {0}, { 0 } \
+  }
+
+/// Never waits. After haptic_session_close: the last one. Any thread. Cost: one copy.
+HAPTIC_API int haptic_session_device(const haptic_session* session, uint32_t hand,
+                                     haptic_device_status* status);
+
+/// Something that has happened: as `run_device` says it.
+typedef struct haptic_event {
+  uint64_t number;  ///< from 1 on; one that is missing was overwritten
+  double time_s;    ///< since the device is held
+  uint32_t device;  ///< 1 and 2 of two; 0: of the run, or of the only one
+  uint32_t level;   ///< as in sd-daemon(3): 3 error, 4 warning, 5 notice
+  char name[24];    ///< "connected", "armed", "fault", "servo ended", .. (tools/run_device)
+  char text[464];   ///< one line for people
+} haptic_event;
+
+/// The newest events, oldest first, `capacity` of them at most and no more than 64; `*count`
+/// becomes how many. None of "sim". `event_bytes`: sizeof(haptic_event). Never waits; any thread.
+/// Cost: one copy.
+HAPTIC_API int haptic_session_events(const haptic_session* session, haptic_event* events,
+                                     size_t capacity, size_t event_bytes, size_t* count);
 
 /// The stiffness that a session renders. A scene without a [device] is rendered with what the
 /// simulated handle, the hand on it and the delay of the loop hold.

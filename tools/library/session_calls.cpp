@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Group session: the loop in threads of this process.
+// Group session: a device, by the loop in threads of this process or by run_device.
 #include <cmath>
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <string>
+#include <string_view>
 
 #include "tools/library/call.hpp"
+#include "tools/library/device_session.hpp"
 #include "tools/library/simulated_session.hpp"
 
 using namespace haptic;
 using namespace haptic::tools;
 
 struct haptic_session {
-  haptic_session(std::span<const std::byte> scene, const SessionSettings& settings)
-      : loop(scene, settings) {}
   std::uint64_t magic = kSessionMagic;
-  SimulatedSession loop;
+  std::unique_ptr<OpenSession> loop;
 
   static constexpr std::uint64_t kSessionMagic = 0x73657373696f6e21;
 };
@@ -24,32 +25,103 @@ namespace {
 
 int check_handle(const haptic_session* session) noexcept {
   if (session == nullptr) return HAPTIC_ERROR_NULL;
-  return session->magic == haptic_session::kSessionMagic ? HAPTIC_OK : HAPTIC_ERROR_HANDLE;
+  if (session->magic != haptic_session::kSessionMagic) return HAPTIC_ERROR_HANDLE;
+  return session->loop->is_of_this_process() ? HAPTIC_OK : HAPTIC_ERROR_CLOSED;
 }
 
 /// HAPTIC_ERROR_PART: `hand` is not led.
 int check_hand(const haptic_session* session, std::uint32_t hand) noexcept {
-  return hand < session->loop.count() ? HAPTIC_OK : HAPTIC_ERROR_PART;
+  return hand < session->loop->count() ? HAPTIC_OK : HAPTIC_ERROR_PART;
 }
 
 /// For a function that changes something.
 int check_open(const haptic_session* session) noexcept {
   if (const int error = check_handle(session); error != HAPTIC_OK) return error;
-  return session->loop.closed() ? HAPTIC_ERROR_CLOSED : HAPTIC_OK;
+  return session->loop->closed() ? HAPTIC_ERROR_CLOSED : HAPTIC_OK;
 }
 
 /// Memory that the history of a session may take.
 constexpr std::size_t kMostHistoryBytes = std::size_t{1} << 30;
 
-int check_options(const haptic_session_options* options) noexcept {
+constexpr const char* kSimulated = "sim";
+
+bool is_configuration(const haptic_session_options& options) noexcept {
+  return std::string_view(options.device).ends_with(".toml");
+}
+
+int check_options(const haptic_session_options* options, std::string& text) {
   if (const int error = check_structure(options); error != HAPTIC_OK) return error;
   if (options->device == nullptr) return HAPTIC_ERROR_NULL;
-  if (std::strcmp(options->device, "sim") != 0) return HAPTIC_ERROR_DEVICE;
+  const bool is_named = std::strcmp(options->device, kSimulated) == 0 || is_configuration(*options);
+  if (!is_named) {
+    text = "no device '" + std::string(options->device) +
+           "'; give \"sim\", or the path of a configuration of run_device, which ends in .toml";
+    return HAPTIC_ERROR_DEVICE;
+  }
   const bool rate = options->rate_hz == 0 || is_within(options->rate_hz, 50, 10'000);
   const bool numbers = rate && is_within(options->history_s, 0, 3600) && options->priority >= 0 &&
                        options->priority <= 99 && options->hold <= HAPTIC_HOLD_AGAIN &&
                        options->hands >= 0 && options->hands <= static_cast<int>(kMostHands);
-  return numbers ? HAPTIC_OK : HAPTIC_ERROR_NUMBER;
+  if (!numbers) return HAPTIC_ERROR_NUMBER;
+  if (is_configuration(*options) && (options->rate_hz > 0 || options->priority > 0)) {
+    text = std::string(options->device) +
+           ": says rate and priority itself ([loop]); leave rate_hz and priority 0";
+    return HAPTIC_ERROR_NUMBER;
+  }
+  return HAPTIC_OK;
+}
+
+int open_simulated(const SceneBytes& scene, const SceneView& view,
+                   const haptic_session_options& options, std::unique_ptr<OpenSession>& opened) {
+  SessionSettings settings;
+  settings.devices = options.hands == 2 ? 2 : 1;
+  PartScenes parts;
+  if (settings.devices > 1 &&
+      (PartScenes::open(view, parts) != RtStatus::kOk || parts.hands() < settings.devices))
+    return HAPTIC_ERROR_PART;
+  const double rate_hz = options.rate_hz > 0 ? options.rate_hz : view.parameters().rate_hz;
+  if (!is_within(rate_hz, 50, 10'000)) return HAPTIC_ERROR_NUMBER;
+  settings.period_ns = std::llround(1e9 / rate_hz);
+  settings.history_s = options.history_s;
+  // One recorder for each device, written to at once so that no tick meets a new page.
+  if (FlightRecorder::bytes_for(static_cast<std::size_t>(settings.history_s * rate_hz)) >
+      kMostHistoryBytes / settings.devices)
+    return HAPTIC_ERROR_NUMBER;
+  settings.priority = options.priority;
+  settings.hold = static_cast<haptic_hold>(options.hold);
+  auto session = std::make_unique<SimulatedSession>(scene.span(), settings);
+  const int error = session->start();
+  if (error == HAPTIC_OK) opened = std::move(session);
+  return error;
+}
+
+int open_device(const SceneBytes& scene, const SceneView& view,
+                const haptic_session_options& options, std::unique_ptr<OpenSession>& opened,
+                std::string& text) {
+  DeviceSettings settings;
+  settings.config = options.device;
+  settings.history_s = options.history_s;
+  settings.hands = static_cast<std::uint32_t>(options.hands);
+  auto session = std::make_unique<DeviceSession>(scene.span(), view, settings);
+  const int error = session->start(text);
+  if (error == HAPTIC_OK) opened = std::move(session);
+  return error;
+}
+
+int open_session(const void* scene, std::size_t scene_bytes, const haptic_session_options* options,
+                 haptic_session** session, std::string& text) {
+  if (const int error = check_options(options, text); error != HAPTIC_OK) return error;
+  if (scene == nullptr) return HAPTIC_ERROR_NULL;
+  if (scene_bytes == 0) return HAPTIC_ERROR_SIZE;
+  const SceneBytes aligned(std::span(static_cast<const std::byte*>(scene), scene_bytes));
+  SceneView view;
+  if (SceneView::open(aligned.span(), view) != RtStatus::kOk) return HAPTIC_ERROR_SCENE;
+  auto opened = std::make_unique<haptic_session>();
+  const int error = is_configuration(*options)
+                        ? open_device(aligned, view, *options, opened->loop, text)
+                        : open_simulated(aligned, view, *options, opened->loop);
+  if (error == HAPTIC_OK) *session = opened.release();
+  return error;
 }
 
 }  // namespace
@@ -58,33 +130,27 @@ int haptic_session_open(const void* scene, size_t scene_bytes,
                         const haptic_session_options* options, haptic_session** session) {
   if (session == nullptr) return HAPTIC_ERROR_NULL;
   *session = nullptr;
-  if (const int error = check_options(options); error != HAPTIC_OK) return error;
-  if (scene == nullptr) return HAPTIC_ERROR_NULL;
-  if (scene_bytes == 0) return HAPTIC_ERROR_SIZE;
   return guarded([&]() -> int {
-    const SceneBytes aligned(std::span(static_cast<const std::byte*>(scene), scene_bytes));
-    SceneView view;
-    if (SceneView::open(aligned.span(), view) != RtStatus::kOk) return HAPTIC_ERROR_SCENE;
-    SessionSettings settings;
-    settings.devices = options->hands == 2 ? 2 : 1;
-    PartScenes parts;
-    if (settings.devices > 1 &&
-        (PartScenes::open(view, parts) != RtStatus::kOk || parts.hands() < settings.devices))
-      return HAPTIC_ERROR_PART;
-    const double rate_hz = options->rate_hz > 0 ? options->rate_hz : view.parameters().rate_hz;
-    if (!is_within(rate_hz, 50, 10'000)) return HAPTIC_ERROR_NUMBER;
-    settings.period_ns = std::llround(1e9 / rate_hz);
-    settings.history_s = options->history_s;
-    // One recorder for each device, written to at once so that no tick meets a new page.
-    if (FlightRecorder::bytes_for(static_cast<std::size_t>(settings.history_s * rate_hz)) >
-        kMostHistoryBytes / settings.devices)
-      return HAPTIC_ERROR_NUMBER;
-    settings.priority = options->priority;
-    settings.hold = static_cast<haptic_hold>(options->hold);
-    auto opened = std::make_unique<haptic_session>(aligned.span(), settings);
-    if (const int error = opened->loop.start(); error != HAPTIC_OK) return error;
-    *session = opened.release();
-    return HAPTIC_OK;
+    std::string text;
+    return open_session(scene, scene_bytes, options, session, text);
+  });
+}
+
+int haptic_session_open_text(const void* scene, size_t scene_bytes,
+                             const haptic_session_options* options, haptic_session** session,
+                             char* text, size_t text_bytes) {
+  if (session == nullptr) return HAPTIC_ERROR_NULL;
+  *session = nullptr;
+  if (text == nullptr) return HAPTIC_ERROR_NULL;
+  if (text_bytes == 0) return HAPTIC_ERROR_SIZE;
+  text[0] = '\0';
+  return guarded([&]() -> int {
+    std::string why;
+    const int error = open_session(scene, scene_bytes, options, session, why);
+    if (error == HAPTIC_OK) return error;
+    if (why.empty()) why = haptic_error_text(error);
+    text[why.copy(text, text_bytes - 1)] = '\0';
+    return error;
   });
 }
 
@@ -96,14 +162,32 @@ int haptic_session_state_of(const haptic_session* session, uint32_t hand, haptic
   if (const int error = check_structure(state); error != HAPTIC_OK) return error;
   if (const int error = check_handle(session); error != HAPTIC_OK) return error;
   if (const int error = check_hand(session, hand); error != HAPTIC_OK) return error;
-  session->loop.line(hand).state(*state);
+  session->loop->state(hand, *state);
+  return HAPTIC_OK;
+}
+
+int haptic_session_device(const haptic_session* session, uint32_t hand,
+                          haptic_device_status* status) {
+  if (const int error = check_structure(status); error != HAPTIC_OK) return error;
+  if (const int error = check_handle(session); error != HAPTIC_OK) return error;
+  if (const int error = check_hand(session, hand); error != HAPTIC_OK) return error;
+  session->loop->device(hand, *status);
+  return HAPTIC_OK;
+}
+
+int haptic_session_events(const haptic_session* session, haptic_event* events, size_t capacity,
+                          size_t event_bytes, size_t* count) {
+  if (const int error = check_list(events, capacity, event_bytes, count); error != HAPTIC_OK)
+    return error;
+  if (const int error = check_handle(session); error != HAPTIC_OK) return error;
+  *count = session->loop->events({events, capacity});
   return HAPTIC_OK;
 }
 
 int haptic_session_gains(const haptic_session* session, haptic_gains* gains) {
   if (const int error = check_structure(gains); error != HAPTIC_OK) return error;
   if (const int error = check_handle(session); error != HAPTIC_OK) return error;
-  session->loop.gains(*gains);
+  session->loop->gains(*gains);
   return HAPTIC_OK;
 }
 
@@ -116,7 +200,7 @@ int haptic_session_verdict_of(const haptic_session* session, uint32_t hand,
   if (const int error = check_structure(verdict); error != HAPTIC_OK) return error;
   if (const int error = check_handle(session); error != HAPTIC_OK) return error;
   if (const int error = check_hand(session, hand); error != HAPTIC_OK) return error;
-  write_verdict(session->loop.line(hand).verdict(), *verdict);
+  write_verdict(session->loop->verdict(hand), *verdict);
   return HAPTIC_OK;
 }
 
@@ -135,8 +219,8 @@ int haptic_session_history_of(const haptic_session* session, uint32_t hand, hapt
   if (const int error = check_handle(session); error != HAPTIC_OK) return error;
   if (const int error = check_hand(session, hand); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
-    const std::lock_guard lock(session->loop.mutex);
-    *count = session->loop.history(hand, {ticks, capacity});
+    const std::lock_guard lock(session->loop->mutex);
+    *count = session->loop->history(hand, {ticks, capacity});
     return HAPTIC_OK;
   });
 }
@@ -150,10 +234,11 @@ int haptic_session_move_hand(haptic_session* session, const haptic_hand_goal* go
   if (const int error = check_open(session); error != HAPTIC_OK) return error;
   if (const int error = check_hand(session, goal->hand); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
-    const std::lock_guard lock(session->loop.mutex);
-    const std::uint64_t given = session->loop.line(goal->hand).move_hand(goal->pose, goal->seconds);
+    const std::lock_guard lock(session->loop->mutex);
+    std::uint64_t given = 0;
+    const int error = session->loop->move_hand(*goal, given);
     if (number != nullptr) *number = given;
-    return HAPTIC_OK;
+    return error;
   });
 }
 
@@ -161,10 +246,11 @@ int haptic_session_hold(haptic_session* session, int hold) {
   if (hold < HAPTIC_RELEASE || hold > HAPTIC_HOLD_AGAIN) return HAPTIC_ERROR_NUMBER;
   if (const int error = check_open(session); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
-    const std::lock_guard lock(session->loop.mutex);
-    for (std::size_t k = 0; k < session->loop.count(); ++k)
-      session->loop.line(k).hold(static_cast<haptic_hold>(hold));
-    return HAPTIC_OK;
+    const std::lock_guard lock(session->loop->mutex);
+    int error = HAPTIC_OK;
+    for (std::size_t k = 0; k < session->loop->count() && error == HAPTIC_OK; ++k)
+      error = session->loop->hold(k, static_cast<haptic_hold>(hold));
+    return error;
   });
 }
 
@@ -173,22 +259,21 @@ int haptic_session_hold_of(haptic_session* session, uint32_t hand, int hold) {
   if (const int error = check_open(session); error != HAPTIC_OK) return error;
   if (const int error = check_hand(session, hand); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
-    const std::lock_guard lock(session->loop.mutex);
-    session->loop.line(hand).hold(static_cast<haptic_hold>(hold));
-    return HAPTIC_OK;
+    const std::lock_guard lock(session->loop->mutex);
+    return session->loop->hold(hand, static_cast<haptic_hold>(hold));
   });
 }
 
 int haptic_session_hold_part(haptic_session* session, uint32_t hand, uint32_t part) {
   if (const int error = check_open(session); error != HAPTIC_OK) return error;
   if (hand != 0) return HAPTIC_ERROR_PART;
-  return guarded([&]() -> int { return session->loop.hold_part(part); });
+  return guarded([&]() -> int { return session->loop->hold_part(part); });
 }
 
 int haptic_session_release_part(haptic_session* session, uint32_t hand) {
   if (const int error = check_open(session); error != HAPTIC_OK) return error;
   if (hand != 0) return HAPTIC_ERROR_PART;
-  return guarded([&]() -> int { return session->loop.release_part(); });
+  return guarded([&]() -> int { return session->loop->release_part(); });
 }
 
 int haptic_session_bodies(const haptic_session* session, haptic_body* bodies, size_t capacity,
@@ -197,7 +282,7 @@ int haptic_session_bodies(const haptic_session* session, haptic_body* bodies, si
     return error;
   if (const int error = check_handle(session); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
-    *count = session->loop.bodies({bodies, capacity});
+    *count = session->loop->bodies({bodies, capacity});
     return *count > 0 ? HAPTIC_OK : HAPTIC_ERROR_PART;
   });
 }
@@ -206,8 +291,9 @@ int haptic_session_frame(haptic_session* session, const haptic_frame* frame) {
   if (const int error = check_frame(frame); error != HAPTIC_OK) return error;
   if (const int error = check_open(session); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
-    const std::lock_guard lock(session->loop.frame_mutex);
-    session->loop.move_fixed(*frame);
+    const std::lock_guard lock(session->loop->frame_mutex);
+    const int error = session->loop->move_fixed(*frame);
+    if (error != HAPTIC_OK) return error;
     return is_pose(frame->pose) ? HAPTIC_OK : HAPTIC_ERROR_POSE;
   });
 }
@@ -216,8 +302,9 @@ int haptic_session_drive(haptic_session* session, uint32_t part, const haptic_fr
   if (const int error = check_frame(frame); error != HAPTIC_OK) return error;
   if (const int error = check_open(session); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
-    const std::lock_guard lock(session->loop.frame_mutex);
-    if (!session->loop.drive(part, *frame)) return HAPTIC_ERROR_PART;
+    const std::lock_guard lock(session->loop->frame_mutex);
+    const int error = session->loop->drive(part, *frame);
+    if (error != HAPTIC_OK) return error;
     return is_pose(frame->pose) ? HAPTIC_OK : HAPTIC_ERROR_POSE;
   });
 }
@@ -228,23 +315,23 @@ int haptic_session_driven(const haptic_session* session, haptic_driven* driven, 
     return error;
   if (const int error = check_handle(session); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
-    *count = session->loop.driven({driven, capacity});
+    *count = session->loop->driven({driven, capacity});
     return *count > 0 ? HAPTIC_OK : HAPTIC_ERROR_PART;
   });
 }
 
 int haptic_session_stop(haptic_session* session) {
   if (const int error = check_open(session); error != HAPTIC_OK) return error;
-  session->loop.stop();
+  session->loop->stop();
   return HAPTIC_OK;
 }
 
 int haptic_session_close(haptic_session* session) {
   if (const int error = check_handle(session); error != HAPTIC_OK) return error;
   return guarded([&]() -> int {
-    const std::lock_guard lock(session->loop.mutex);
-    if (session->loop.closed()) return HAPTIC_ERROR_CLOSED;
-    session->loop.close();
+    const std::lock_guard lock(session->loop->mutex);
+    if (session->loop->closed()) return HAPTIC_ERROR_CLOSED;
+    session->loop->close();
     return HAPTIC_OK;
   });
 }
@@ -253,7 +340,7 @@ int haptic_session_free(haptic_session** session) {
   if (session == nullptr) return HAPTIC_ERROR_NULL;
   if (*session == nullptr) return HAPTIC_OK;
   if (const int error = check_handle(*session); error != HAPTIC_OK) return error;
-  (*session)->loop.close();
+  (*session)->loop->close();
   (*session)->magic = 0;
   delete *session;
   *session = nullptr;

@@ -200,6 +200,18 @@ void SimulatedSession::gains(haptic_gains& gains) const noexcept {
   lowered_.copy(gains.text, sizeof gains.text - 1);
 }
 
+void SimulatedSession::device(std::size_t hand, haptic_device_status& status) const noexcept {
+  status = HAPTIC_DEVICE_STATUS_INIT;
+  haptic_state now = HAPTIC_STATE_INIT;
+  lines_[hand]->state(now);
+  status.phase = closed() ? HAPTIC_DEVICE_ENDED : HAPTIC_DEVICE_RUNS;
+  status.link = closed() ? 0 : now.link;
+  status.faults = now.device_faults;
+  if (closed()) return;
+  status.force_n = std::hypot(now.sent_wrench[0], now.sent_wrench[1], now.sent_wrench[2]);
+  status.torque_nm = std::hypot(now.sent_wrench[3], now.sent_wrench[4], now.sent_wrench[5]);
+}
+
 int SimulatedSession::hold_part(std::uint32_t part) {
   if (parts_ == nullptr || part >= parts_->scenes.count() || !parts_->scenes.may_be_taken(part))
     return HAPTIC_ERROR_PART;
@@ -244,18 +256,19 @@ std::size_t SimulatedSession::bodies(std::span<haptic_body> bodies) const {
   return write_bodies(parts_->scenes, parts_->hand(), lines_[0]->held(), bodies);
 }
 
-void SimulatedSession::move_fixed(const haptic_frame& frame) noexcept {
+int SimulatedSession::move_fixed(const haptic_frame& frame) {
   frame_ = next_record(frame_, frame, hal::monotonic_ns());
   frame_writer_.publish(frame_);
+  return HAPTIC_OK;
 }
 
-bool SimulatedSession::drive(std::uint32_t part, const haptic_frame& frame) noexcept {
+int SimulatedSession::drive(std::uint32_t part, const haptic_frame& frame) {
   const std::uint32_t k = parts_ != nullptr ? driven_of(parts_->scenes, part) : kMostDriven;
-  if (k == kMostDriven || !is_owned(parts_->scenes, part)) return false;
+  if (k == kMostDriven || !is_owned(parts_->scenes, part)) return HAPTIC_ERROR_PART;
   DrivenStream& stream = driven_streams_[k];
   stream.last = next_record(stream.last, frame, hal::monotonic_ns());
   stream.writer->publish(stream.last);
-  return true;
+  return HAPTIC_OK;
 }
 
 std::size_t SimulatedSession::driven(std::span<haptic_driven> driven) const noexcept {

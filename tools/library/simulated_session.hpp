@@ -23,6 +23,7 @@
 #include "tools/common/scene_bytes.hpp"
 #include "tools/library/bodies.hpp"
 #include "tools/library/haptic.h"
+#include "tools/library/open_session.hpp"
 #include "tools/library/session_line.hpp"
 #include "tools/verdict/session_judge.hpp"
 
@@ -36,50 +37,54 @@ struct SessionSettings {
   std::size_t devices = 1;  ///< as many as hands are led
 };
 
-/// Owner: any thread; `state` from any, the others from one at a time but where they say so.
-class SimulatedSession {
+class SimulatedSession final : public OpenSession {
  public:
   /// @param scene  opened before: it is one, with a hand for each device.
   SimulatedSession(std::span<const std::byte> scene, const SessionSettings& settings);
-  ~SimulatedSession() { close(); }
-  SimulatedSession(const SimulatedSession&) = delete;
-  SimulatedSession& operator=(const SimulatedSession&) = delete;
+  ~SimulatedSession() override { close(); }
 
   /// HAPTIC_OK, or that the threads cannot be had.
   [[nodiscard]] int start();
-  void close() noexcept;
-  [[nodiscard]] bool closed() const noexcept { return closed_.load(std::memory_order_acquire); }
+  void close() noexcept override;
+  [[nodiscard]] bool closed() const noexcept override {
+    return closed_.load(std::memory_order_acquire);
+  }
+  [[nodiscard]] std::size_t count() const noexcept override { return lines_.size(); }
 
-  /// Devices, and hands that are led.
-  [[nodiscard]] std::size_t count() const noexcept { return lines_.size(); }
-  /// One of them.
-  [[nodiscard]] SessionLine& line(std::size_t hand) noexcept { return *lines_[hand]; }
-  [[nodiscard]] const SessionLine& line(std::size_t hand) const noexcept { return *lines_[hand]; }
-
-  [[nodiscard]] std::size_t history(std::size_t hand, std::span<haptic_tick> ticks) const {
+  void state(std::size_t hand, haptic_state& state) const noexcept override {
+    lines_[hand]->state(state);
+  }
+  [[nodiscard]] SessionVerdict verdict(std::size_t hand) const noexcept override {
+    return lines_[hand]->verdict();
+  }
+  [[nodiscard]] std::size_t history(std::size_t hand, std::span<haptic_tick> ticks) const override {
     return lines_[hand]->history(ticks, opened_ns_);
   }
-  /// Any thread, without waiting.
-  void gains(haptic_gains& gains) const noexcept;
+  void gains(haptic_gains& gains) const noexcept override;
+  void device(std::size_t hand, haptic_device_status& status) const noexcept override;
+  /// It has none.
+  [[nodiscard]] std::size_t events(std::span<haptic_event> /*events*/) const noexcept override {
+    return 0;
+  }
+  [[nodiscard]] int move_hand(const haptic_hand_goal& goal, std::uint64_t& number) override {
+    number = lines_[goal.hand]->move_hand(goal.pose, goal.seconds);
+    return HAPTIC_OK;
+  }
+  [[nodiscard]] int hold(std::size_t hand, haptic_hold hold) override {
+    lines_[hand]->hold(hold);
+    return HAPTIC_OK;
+  }
   /// Lets go of what is held and waits until the hand is empty, 2 s at most; the next tick takes
   /// `part`. HAPTIC_OK; HAPTIC_ERROR_PART; HAPTIC_ERROR_BUSY: it has not let go. Any thread.
-  [[nodiscard]] int hold_part(std::uint32_t part);
-  /// Any thread.
-  [[nodiscard]] int release_part();
-  /// As many as there is room for. @return how many there are; 0: the scene has one moving part.
-  /// Any thread.
-  [[nodiscard]] std::size_t bodies(std::span<haptic_body> bodies) const;
+  [[nodiscard]] int hold_part(std::uint32_t part) override;
+  [[nodiscard]] int release_part() override;
+  [[nodiscard]] std::size_t bodies(std::span<haptic_body> bodies) const override;
   /// The fixed parts are there; a pose that is none takes the force away.
-  void move_fixed(const haptic_frame& frame) noexcept;
-  /// The driven part is there. False: no such part is driven.
-  [[nodiscard]] bool drive(std::uint32_t part, const haptic_frame& frame) noexcept;
-  /// As many as there is room for. @return how many there are. Any thread.
-  [[nodiscard]] std::size_t driven(std::span<haptic_driven> driven) const noexcept;
-  /// Any thread.
-  void stop() noexcept;
-
-  mutable std::mutex mutex;  ///< of those that are for one thread at a time
-  std::mutex frame_mutex;    ///< of move_fixed and drive: a long history makes no pose late
+  [[nodiscard]] int move_fixed(const haptic_frame& frame) override;
+  /// The driven part is there. HAPTIC_ERROR_PART: no such part is driven.
+  [[nodiscard]] int drive(std::uint32_t part, const haptic_frame& frame) override;
+  [[nodiscard]] std::size_t driven(std::span<haptic_driven> driven) const noexcept override;
+  void stop() noexcept override;
 
  private:
   [[nodiscard]] int go_on_to(std::uint32_t part);

@@ -55,6 +55,9 @@ struct DeviceConfig {
   bool accept_unbudgeted = false;   ///< gains beyond a device's passivity budget, or without one
   LoopConfig loop;
   double flight_seconds = 4.0;
+  bool in_session = false;  ///< a program with a session reads the ticks (run_session.hpp)
+  const NewestRecord<FrameRecord>* frames =
+      nullptr;                       ///< and moves the fixed parts; null: they stand
   std::filesystem::path crash_file;  ///< empty: the last ticks go to stderr alone
 
   [[nodiscard]] bool has_two() const { return devices.size() > 1; }

@@ -21,6 +21,7 @@
 #include "tools/common/error.hpp"
 #include "tools/common/files.hpp"
 #include "tools/common/formatted.hpp"
+#include "tools/run_device/arming_words.hpp"
 #include "tools/run_device/device_fit.hpp"
 #include "tools/run_device/press_strokes.hpp"
 #include "tools/run_device/run_line.hpp"
@@ -42,6 +43,7 @@ hal::GuardianSettings guardian_settings(const DeviceConfig& config, const RunLen
   settings.devices = config.devices.size();
   settings.order = length.ticks;
   settings.watcher = watch.watcher;
+  settings.has_reader = watch.session != nullptr;
   settings.thread.period_ns = config.loop.period_ns;
   settings.thread.priority = config.loop.usb_priority;
   settings.thread.cpu = config.loop.usb_cpu;
@@ -88,6 +90,12 @@ class Run {
       lines_.push_back(std::make_unique<RunLine>(config, k, strokes_m[k], watch));
   }
 
+  ~Run() {
+    if (watch_.session != nullptr) watch_.session->end_listening();
+  }
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
+
   RunAccount go();
 
  private:
@@ -100,6 +108,9 @@ class Run {
   [[nodiscard]] bool is_long_enough();
   void tell_status();
   [[nodiscard]] bool is_refused();
+  void begin_session();
+  [[nodiscard]] bool goes_on_after_call();
+  void tell_session(const std::vector<RunStatus>& now);
   void tell(const std::string& event, const std::string& text, LineLevel level) {
     events_.tell(held_ns_ == 0 ? 0 : seconds_held(), event, text, level);
   }
@@ -140,11 +151,59 @@ void Run::give_up_rights() {
 
 void Run::fork_servo() {
   hal::block_stop_signals();  // for good: a second one does not cost the report
-  const int error =
-      guardian_.start([this](const hal::ServoSeat& seat) { return serve(config_, scene_, seat); });
+  const int error = guardian_.start([this](const hal::ServoSeat& seat) {
+    if (watch_.session != nullptr) watch_.session->leave();
+    return serve(config_, scene_, seat);
+  });
   if (error != 0)
     throw OsError("the servo process cannot be started: " + std::generic_category().message(error));
   if (watch_.forked) watch_.forked();
+  if (watch_.session != nullptr) begin_session();
+}
+
+void Run::begin_session() {
+  RunSession& session = *watch_.session;
+  session.begin(guardian_, config_, scene_);
+  guardian_.listen(session.descriptor());
+  // The links that there are then: called on a thread that hears of the program's end first.
+  const auto stop = [this] {
+    for (const auto& line : lines_) line->stop_if_held();
+  };
+  session.listen(stop, std::max(0, config_.loop.usb_priority - 1));
+}
+
+// What a program with a session says. @return whether the run goes on.
+bool Run::goes_on_after_call() {
+  const RunSession::Call call = watch_.session->take();
+  if (call == RunSession::Call::kNone) return true;
+  for (const auto& line : lines_) line->stop_if_held();
+  if (call == RunSession::Call::kStop) return true;
+  account_.why = call == RunSession::Call::kClose  ? "the session was closed"
+                 : call == RunSession::Call::kGone ? "the program with the session has ended"
+                                                   : "the session says what none says";
+  if (call == RunSession::Call::kWrong) account_.exit_code = kExitBadInput;
+  tell("stopping", account_.why, LineLevel::kNotice);
+  return false;
+}
+
+void Run::tell_session(const std::vector<RunStatus>& now) {
+  SessionStatus& status = watch_.session->status();
+  status.phase = SessionPhase::kRunning;
+  status.process = guardian_.number();
+  status.is_silent = now.front().is_silent() ? 1 : 0;
+  for (std::size_t k = 0; k < now.size(); ++k) {
+    const RunStatus& from = now[k];
+    SessionDeviceStatus& to = status.devices[k];
+    to.link = static_cast<std::uint32_t>(from.link);
+    to.link_faults = from.link_faults;
+    to.connects = from.counters.connects;
+    to.reports = from.counters.reports;
+    to.force_n = from.force_n;
+    to.torque_nm = from.torque_nm;
+    put_text(wait_text(from.servo.arming_news), to.waits_for);
+    put_text(from.trouble, to.trouble);
+  }
+  watch_.session->publish();
 }
 
 // False: it ended, or was not ready in time.
@@ -156,6 +215,7 @@ bool Run::wait_for_servo() {
       account_.why = "stopped before the loop began";
       return false;
     }
+    if (news == hal::GuardianNews::kCalled && !goes_on_after_call()) return false;
     if (news == hal::GuardianNews::kKeeperEnded) {
       account_.exit_code = kExitDeviceOrOs;
       account_.why = "the process that keeps the device at zero ended before the loop began";
@@ -221,6 +281,7 @@ void Run::tell_status() {
     now.push_back(line->status(seconds_held(), guardian_.silence_ns(), board()));
     line->look(now.back());
   }
+  if (watch_.session != nullptr) tell_session(now);
   if (watch_.status_every_s <= 0 || hal::monotonic_ns() < next_status_ns_) return;
   next_status_ns_ = std::max(next_status_ns_ + every_ns, hal::monotonic_ns());
   for (const RunStatus& status : now) watch_.status(status);
@@ -311,11 +372,13 @@ bool Run::is_refused() {
 }
 
 void Run::watch_until_end() {
+  if (watch_.session != nullptr) watch_.session->tell_begun();
   next_status_ns_ = held_ns_ + static_cast<std::int64_t>(1e9 * watch_.status_every_s);
   for (;;) {
     const hal::GuardianNews news = guardian_.wait(kLook_ms);
     if (news == hal::GuardianNews::kServoEnded && !take_end()) return;
     if (news == hal::GuardianNews::kKeeperEnded && !take_keeper_end()) return;
+    if (news == hal::GuardianNews::kCalled && !goes_on_after_call()) return;
     if (news == hal::GuardianNews::kStopAsked) {
       account_.why = "stopped by " + hal::signal_text(guardian_.stop_signal());
       tell("stopping", account_.why, LineLevel::kNotice);
@@ -390,6 +453,14 @@ RunAccount Run::go() {
     }
   }
   finish();
+  if (watch_.session != nullptr) {
+    SessionStatus& status = watch_.session->status();
+    status.phase = SessionPhase::kEnded;
+    status.exit_code = account_.exit_code;
+    for (SessionDeviceStatus& device : status.devices) device = {};
+    put_text(account_.why, status.why);
+    watch_.session->publish();
+  }
   return account_;
 }
 

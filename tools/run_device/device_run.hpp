@@ -16,6 +16,7 @@
 #include "tools/run_device/device_config.hpp"
 #include "tools/run_device/link_watch.hpp"
 #include "tools/run_device/run_events.hpp"
+#include "tools/run_device/run_session.hpp"
 #include "tools/run_device/servo_program.hpp"
 #include "tools/run_device/simulated_peer.hpp"
 
@@ -101,7 +102,8 @@ struct RunWatch {
   std::function<void(const RunEvent&)> event;
   /// Called once the processes are forked: threads may be made.
   std::function<void()> forked;
-  hal::WatcherBody watcher;  ///< GuardianSettings::watcher
+  hal::WatcherBody watcher;       ///< GuardianSettings::watcher
+  RunSession* session = nullptr;  ///< of a program that has started this run
 };
 
 /// Runs until a signal (StopSignals), the `length` asked for or the end of the servo; then ramps

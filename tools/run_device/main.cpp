@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include <CLI/App.hpp>
+#include <cstdlib>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -10,6 +12,13 @@
 #include "tools/run_device/commands.hpp"
 
 namespace {
+
+// The descriptor of `--session N`; -1: there is none.
+int session_descriptor(std::span<char* const> arguments) {
+  for (std::size_t k = 0; k + 1 < arguments.size(); ++k)
+    if (std::string_view(arguments[k]) == "--session") return std::atoi(arguments[k + 1]);
+  return -1;
+}
 
 // A configuration in the place of a command is one to run.
 std::vector<const char*> with_command(int argc, char** argv) {
@@ -24,8 +33,9 @@ std::vector<const char*> with_command(int argc, char** argv) {
 int main(int argc, char** argv) {
   using namespace haptic::tools;
   // A run lasts: what a shell had open is not held by it, nor by its children.
-  static constexpr int kKept[] = {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO};
-  (void)haptic::hal::close_inherited_descriptors(kKept);
+  const int kept[] = {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO,
+                      session_descriptor({argv, static_cast<std::size_t>(argc)})};
+  (void)haptic::hal::close_inherited_descriptors(kept);
   CLI::App program("Haptic devices on this machine.", "run_device");
   const Command commands[] = {add_doctor_command(program), add_list_command(program),
                               add_run_command(program), add_conform_command(program)};

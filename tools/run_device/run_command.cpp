@@ -24,6 +24,7 @@
 #include "tools/run_device/device_run.hpp"
 #include "tools/run_device/run_account.hpp"
 #include "tools/run_device/run_events.hpp"
+#include "tools/run_device/run_session.hpp"
 #include "tools/run_device/teller.hpp"
 
 namespace haptic::tools {
@@ -35,6 +36,7 @@ struct RunOptions {
   std::string config, device, device2;
   RunLength length;
   double status_every_s = 1.0;
+  int session = -1;
   bool json = false, allow_degraded = false, accept_unbudgeted = false, serve = false;
   ServeOptions live;
 };
@@ -89,11 +91,15 @@ struct LiveView {
 class RunTeller {
  public:
   /// `view`: of a run that is watched, or nullptr.
-  RunTeller(const RunOptions& options, const DeviceConfig& config, LiveView* view)
-      : options_(options), config_(config), view_(view) {}
+  /// `session`: of a run that a program with one has started, or nullptr; then what is said on
+  /// standard error is read until the run has begun, and the rest are events of the session.
+  RunTeller(const RunOptions& options, const DeviceConfig& config, LiveView* view,
+            RunSession* session)
+      : options_(options), config_(config), view_(view), session_(session) {}
 
   [[nodiscard]] RunWatch watch() {
     RunWatch watch;
+    watch.session = session_;
     const bool told = options_.json || isatty(STDERR_FILENO) == 1;
     watch.status_every_s = told ? options_.status_every_s : 0.0;
     watch.forked = [this] {
@@ -117,11 +123,13 @@ class RunTeller {
     };
     watch.event = [this](const RunEvent& e) {
       if (options_.json) say(line_of(event_json(e)));
+      if (session_ != nullptr) session_->tell(e);
       complain("run_device: " + formatted("%.3f s: ", e.t_s) + e.text, e.level);
     };
     watch.notes = [this](const std::vector<std::string>& notes) {
       for (const std::string& note : notes) {
         if (options_.json) say(line_of({{"kind", "note"}, {"text", note}}));
+        if (session_ != nullptr) session_->tell({0, 0, "note", note, LineLevel::kNotice});
         complain("run_device: " + note, LineLevel::kNotice);
       }
     };
@@ -132,6 +140,8 @@ class RunTeller {
   /// @return the exit code: that of the account, or that its summary could not be written.
   [[nodiscard]] int finish(const RunAccount& account) {
     say(options_.json ? line_of(summary_json(account)) : summary_text(account));
+    if (session_ != nullptr && account.exit_code != kExitDone)
+      complain("run_device: " + account.why, LineLevel::kError);
     const bool whole = teller_ == nullptr || teller_->finish();
     return whole || account.exit_code != kExitDone ? account.exit_code : kExitDeviceOrOs;
   }
@@ -141,7 +151,8 @@ class RunTeller {
     if (teller_ != nullptr) teller_->say(Stream::kOut, text);
   }
   void complain(const std::string& text, LineLevel level) const {
-    if (teller_ != nullptr) teller_->say(Stream::kError, text, level);
+    const bool is_read = session_ == nullptr || !session_->has_begun();
+    if (teller_ != nullptr && is_read) teller_->say(Stream::kError, text, level);
   }
 
   // The force is already on its way to zero.
@@ -163,6 +174,7 @@ class RunTeller {
   const RunOptions& options_;
   const DeviceConfig& config_;
   LiveView* view_;
+  RunSession* session_;
   std::unique_ptr<Teller> teller_;
   unsigned crashes_ = 0;
 };
@@ -184,6 +196,11 @@ int run(const RunOptions& o) {
   DeviceConfig config = read_device_config(o.config, o.device, o.device2);
   if (o.allow_degraded) config.loop.strict = false;
   config.accept_unbudgeted = o.accept_unbudgeted;
+  std::unique_ptr<RunSession> session;
+  if (o.session >= 0) {
+    session = std::make_unique<RunSession>(o.session);
+    session->fit(config);
+  }
   if (o.serve && config.has_two())
     throw UsageError(
         "--serve: shows one device, and this run has two; leave it out, or 'host_sim run --serve' "
@@ -191,7 +208,7 @@ int run(const RunOptions& o) {
   const SceneBytes scene = read_usable_scene(config);
   std::unique_ptr<LiveView> view;
   if (o.serve) view = std::make_unique<LiveView>(o.live, scene);
-  RunTeller teller(o, config, view.get());
+  RunTeller teller(o, config, view.get(), session.get());
   const RunAccount account = run_device_of(config, scene, o.length, teller.watch());
   return teller.finish(account);
 }
@@ -236,6 +253,8 @@ Command add_run_command(CLI::App& program) {
   app->add_flag("--serve", o->serve,
                 "let the session be watched in a browser or viewer; nobody there moves anything");
   add_serve_options(*app, o->live);
+  // Not for people: the library starts a run with it.
+  app->add_option("--session", o->session, "")->check(CLI::Range(3, 1 << 20))->group("");
   app->add_flag("--json", o->json, "status and summary as JSON, a line each, on stdout");
   app->footer(
       driver_help() +

@@ -77,6 +77,7 @@ void RunLine::make_link(const hal::DeviceMailbox& mailbox, hal::ZeroHolder& keep
     link_ = std::make_unique<hal::UsbLink>(driver, mailbox, settings);
   }
   link_->observe(&bus_);
+  is_held_.store(true, std::memory_order_release);
 }
 
 void RunLine::start_bridge() {

@@ -3,6 +3,7 @@
 /// One device of a run: its link, what is seen of it, what is said of it, and its account.
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -50,6 +51,10 @@ class RunLine {
   /// Tells the words of its bridge as events.
   void look_at_bridge(double t_s);
   void stop() { link_->emergency_stop(); }
+  /// From any thread.
+  void stop_if_held() noexcept {
+    if (is_held_.load(std::memory_order_acquire)) link_->emergency_stop();
+  }
   void begin_ending() { bus_.begin_ending(); }
   [[nodiscard]] bool was_there() const { return link_->counters().connects > 0; }
   /// Why the device that was found is not driven; empty: it is, or was.
@@ -85,6 +90,7 @@ class RunLine {
   SafetyLimits limits_;             ///< the configuration's, lowered as the machine is not fit
   std::optional<DeviceGate> gate_;  ///< made with the link
   std::unique_ptr<hal::DeviceLink> link_;
+  std::atomic<bool> is_held_{false};  ///< link_ is there
   DeviceAccount account_;
 };
 

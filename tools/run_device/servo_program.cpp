@@ -28,6 +28,7 @@
 #include "tools/graph_compiler/coupling/simulated_gains.hpp"
 #include "tools/graph_compiler/graph/part_tables.hpp"
 #include "tools/run_device/core_in_memory.hpp"
+#include "tools/run_device/run_session.hpp"
 #include "tools/run_device/simulated_peer.hpp"
 
 namespace haptic::tools {
@@ -63,7 +64,11 @@ class TickWatcher {
         late_judge_(config.loop.period_ns, config.loop.report_clocked),
         arming_(parameters, devices_ > 1 ? static_cast<std::uint32_t>(device) + 1 : 0),
         judge_(scene),
-        law_(scene.parameters().law) {}
+        law_(scene.parameters().law) {
+    if (!config.in_session) return;
+    session_.emplace(parameters);
+    session_writer_.emplace(board.session[device]);
+  }
 
   static void watch(void* self, const ServoInput& input, const ServoResult& result) {
     static_cast<TickWatcher*>(self)->take(input, result);
@@ -158,6 +163,17 @@ class TickWatcher {
     late_judge_.begin(input, loop_.counters().last_lateness_ns);
     begun_ = true;
     said_.publish(status_);
+    if (session_) tell_session(input, result);
+  }
+
+  void tell_session(const ServoInput& input, const ServoResult& result) noexcept {
+    session_->take(input, result, status_.verdict);
+    const hal::ServoLoopCounters& counters = loop_.counters();
+    SessionTick& tick = session_->tick();
+    tick.late_ticks = counters.late;
+    tick.missed_periods = counters.missed_periods;
+    tick.longest_tick_ns = counters.largest_tick_ns;
+    session_writer_->publish(tick);
   }
 
   const hal::ServoLoop& loop_;
@@ -173,13 +189,17 @@ class TickWatcher {
   SessionJudge judge_;
   LawId law_;
   bool begun_ = false, counted_ = false;  ///< the newest tick
+  std::optional<SessionTaker> session_;
+  std::optional<NewestWriter<SessionTick>> session_writer_;
 };
 
 /// Clocked by reports, a tick waits for one no longer.
 std::int64_t report_wait_ns(const LoopConfig& loop) { return loop.period_ns + loop.period_ns / 2; }
 
-hal::ServoLoopSettings loop_settings(const LoopConfig& loop) {
+hal::ServoLoopSettings loop_settings(const DeviceConfig& config) {
+  const LoopConfig& loop = config.loop;
   hal::ServoLoopSettings settings;
+  settings.frames = config.frames;
   settings.period_ns = loop.period_ns;
   settings.report_clocked = loop.report_clocked;
   settings.report_wait_ns = report_wait_ns(loop);
@@ -194,7 +214,7 @@ class ServoOfHands {
       parameters_[k] = with_scene(config.devices[k].servo, own.view_of(k));
       recorders_[k].emplace(seat.flights[k]);
     }
-    const hal::ServoLoopSettings settings = loop_settings(config.loop);
+    const hal::ServoLoopSettings settings = loop_settings(config);
     if (own.parts == nullptr) {
       one_.emplace(*own.core, parameters_[0], own.view.header().capacity, &*recorders_[0]);
       loop_.emplace(*one_, seat.mailboxes[0], settings);

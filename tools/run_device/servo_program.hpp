@@ -19,6 +19,7 @@
 #include "tools/run_device/arming_words.hpp"
 #include "tools/run_device/device_config.hpp"
 #include "tools/run_device/device_fit.hpp"
+#include "tools/session/session_records.hpp"
 #include "tools/verdict/session_judge.hpp"
 
 namespace haptic::tools {
@@ -81,7 +82,8 @@ struct ServoClose {
 /// ServoSeat::report of each servo process. The reader takes no harm from what a process that has
 /// gone wild leaves there. Counts of ticks are those of the process, the same for each device.
 struct ServoBoard {
-  std::array<NewestRecord<ServoStatus>, kMostHands> status;  ///< by device
+  std::array<NewestRecord<ServoStatus>, kMostHands> status;   ///< by device
+  std::array<NewestRecord<SessionTick>, kMostHands> session;  ///< the same, for a program with one
   std::atomic<bool> ready{false};  ///< grants are reported, the loop begins
   ServoGrants grants;
   hal::WakeupMeasurement wakeups;  ///< of its thread before the loop, where they are asked for

@@ -10,6 +10,7 @@ import tempfile
 import threading
 import time
 import unittest
+import warnings
 
 import numpy as np
 
@@ -342,6 +343,39 @@ class Sessions(unittest.TestCase):
         with self.assertRaises(haptic.HapticError) as caught:
             haptic.Session(block_scene(), device="falcon 9")
         self.assertEqual(caught.exception.name, "HAPTIC_ERROR_DEVICE")
+
+    def test_a_configuration_of_run_device(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder)
+            scene = block_scene()
+            scene.save(path / "block.rtscene")
+            config = path / "device.toml"
+            config.write_text('scene = "block.rtscene"\n[device]\ndriver = "sim"\n')
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", UserWarning)  # what "sim" holds may be less
+                session = haptic.Session(scene, device=config, history=20)
+            with session as s:
+                self.assertEqual(s.device().phase, "runs")
+                end = time.monotonic() + 20  # the scripted hand presses every 4.5 s
+                while s.state().sent_force[2] < 0.5 and time.monotonic() < end:
+                    gc.collect()
+                    time.sleep(0.01)
+                self.assertGreater(s.state().sent_force[2], 0.5)
+                self.assertIn("armed", [event.name for event in s.events])
+                s.stop()
+                while s.state().arming != "faulted" and time.monotonic() < end:
+                    time.sleep(0.001)
+                self.assertEqual(s.state().arming, "faulted")
+                with self.assertRaises(haptic.HapticError) as caught:
+                    s.hand.move_to(pose=(0, 0, 0.03))
+                self.assertEqual(caught.exception.name, "HAPTIC_ERROR_DEVICE")
+            self.assertEqual((s.device().phase, s.device().exit_code), ("ended", 0))
+            self.assertEqual(abs(s.state().sent_force).max(), 0.0)
+            self.assertGreater(s.history()["sent_force"][:, 2].max(), 0.5)
+
+            config.write_text('scene = "block.rtscene"\n[device]\ndriver = "sum"\n')
+            with self.assertRaisesRegex(haptic.HapticError, "device.toml:3.*sum.*HAPTIC_ERROR_INPUT"):
+                haptic.Session(scene, device=config)
 
     def test_a_plot_or_a_sentence(self):
         with haptic.Session(block_scene()) as s:

@@ -305,13 +305,23 @@ static void run_session(const void* scene, size_t scene_bytes) {
   haptic_state state = HAPTIC_STATE_INIT;
   haptic_gains gains = HAPTIC_GAINS_INIT;
   haptic_verdict verdict = HAPTIC_VERDICT_INIT;
+  haptic_device_status device = HAPTIC_DEVICE_STATUS_INIT;
   haptic_session* session = NULL;
+  static haptic_event events[64];
   static haptic_tick ticks[2000];
+  char text[512];
   uint64_t number = 0;
   size_t count = 0, k;
   double largest_n = 0;
+  options.device = "none";
+  EXPECT(haptic_session_open_text(scene, scene_bytes, &options, &session, text, sizeof text) == HAPTIC_ERROR_DEVICE);
+  printf("session: %s\n", text);
+  options.device = "sim";  // or the path of a configuration of run_device
   options.history_s = 2;
   REQUIRE(haptic_session_open(scene, scene_bytes, &options, &session));
+  REQUIRE(haptic_session_device(session, 0, &device));
+  EXPECT(device.phase == HAPTIC_DEVICE_RUNS);
+  REQUIRE(haptic_session_events(session, events, 64, sizeof events[0], &count));
   REQUIRE(haptic_session_state(session, &state));
   EXPECT(fabs(state.hand_pose[2] - 0.035) < 1e-3);
   REQUIRE(haptic_session_gains(session, &gains));

@@ -19,7 +19,7 @@ by the system's loader.
 from ._library import HapticError, Message, version
 from .planning import Plan, PlanError, plan
 from .scene import Body, CompileError, Core, Driven, Part, Replay, Scene, StepResult, Verdict, compile
-from .session import FAULT_FRAME, Hand, Session, State
+from .session import FAULT_FRAME, DeviceStatus, Event, Hand, Session, State
 
 __version__ = version()
 __all__ = [
@@ -27,7 +27,9 @@ __all__ = [
     "Body",
     "CompileError",
     "Core",
+    "DeviceStatus",
     "Driven",
+    "Event",
     "Hand",
     "HapticError",
     "Message",

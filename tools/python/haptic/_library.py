@@ -281,6 +281,37 @@ class DrivenOutput(Structure):
     ]
 
 
+class DeviceStatusOutput(_Sized):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("phase", c_uint32),
+        ("link", c_uint32),
+        ("faults", c_uint32),
+        ("is_silent", c_uint32),
+        ("exit_code", c_int32),
+        ("connects", c_uint64),
+        ("reports", c_uint64),
+        ("force_n", c_double),
+        ("torque_nm", c_double),
+        ("waits_for", c_char * 256),
+        ("trouble", c_char * 256),
+        ("why", c_char * 512),
+    ]
+
+
+class EventOutput(Structure):
+    _fields_ = [
+        ("number", c_uint64),
+        ("time_s", c_double),
+        ("device", c_uint32),
+        ("level", c_uint32),
+        ("name", c_char * 24),
+        ("text", c_char * 464),
+    ]
+
+
+MOST_EVENTS = 64  #: that a session keeps
+
 _HANDLE, _OUT = c_void_p, POINTER(c_void_p)
 _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_version": (c_char_p, []),
@@ -312,7 +343,12 @@ _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_planned_poses": (c_int, [_HANDLE, _OUT, POINTER(c_size_t)]),
     "haptic_planned_facts": (c_int, [_HANDLE, POINTER(PlanFacts)]),
     "haptic_planned_free": (c_int, [_OUT]),
-    "haptic_session_open": (c_int, [c_void_p, c_size_t, POINTER(SessionOptions), _OUT]),
+    "haptic_session_open_text": (
+        c_int,
+        [c_void_p, c_size_t, POINTER(SessionOptions), _OUT, c_char_p, c_size_t],
+    ),
+    "haptic_session_device": (c_int, [_HANDLE, c_uint32, POINTER(DeviceStatusOutput)]),
+    "haptic_session_events": (c_int, [_HANDLE, POINTER(EventOutput), c_size_t, c_size_t, POINTER(c_size_t)]),
     "haptic_session_state_of": (c_int, [_HANDLE, c_uint32, POINTER(StateOutput)]),
     "haptic_session_gains": (c_int, [_HANDLE, POINTER(GainsOutput)]),
     "haptic_session_verdict_of": (c_int, [_HANDLE, c_uint32, POINTER(VerdictOutput)]),

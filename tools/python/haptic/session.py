@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A device, and the servo loop in a thread of the library."""
+"""A device, and the servo loop: in a thread of the library, or of run_device."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import time
 import warnings
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Dict, Optional, Sequence, Type, Union
+from typing import Any, Dict, Optional, Sequence, Tuple, Type, Union
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from .scene import (
 
 ARMING = ("disarmed", "arming", "armed", "disarming", "faulted")
 LINK = ("absent", "starting", "ready")
+PHASES = ("starts", "runs", "ended")
 #: A bit of State.safety_faults: the fixed parts move too fast, or their pose is late or none.
 FAULT_FRAME = 1 << 13
 TICK = np.dtype(
@@ -77,6 +78,39 @@ class State:
     missed_periods: int
     longest_tick: float  #: [s]
     hash: int
+
+
+@dataclass(frozen=True)
+class DeviceStatus:
+    """The device of a hand."""
+
+    phase: str  #: "starts", "runs", "ended"
+    link: str  #: "absent", "starting", "ready"
+    faults: int
+    silent: bool  #: the process that renders does not answer; the force ramps to zero
+    exit_code: int  #: of run_device, once it has ended
+    connects: int  #: so far
+    reports: int  #: so far
+    force: float  #: that the device may have now [N]: never less than it has
+    torque: float  #: [N m]
+    waits_for: str  #: why it does not arm
+    trouble: str  #: of the link
+    why: str  #: it has ended
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that has happened, as run_device says it."""
+
+    number: int  #: from 1 on; one that is missing was overwritten
+    time: float  #: since the device is held [s]
+    device: int  #: 1 and 2 of two; 0: of the run, or of the only one
+    level: int  #: 3 error, 4 warning, 5 notice
+    name: str  #: "connected", "armed", "fault", ..
+    text: str
+
+    def __str__(self) -> str:
+        return self.text
 
 
 class Hand:
@@ -159,10 +193,13 @@ class Hand:
 class Session:
     """Opens a device and runs the servo loop, until it is closed or its `with` block ends.
 
-    device: "sim", a simulated handle and hand. rate [Hz]: of the loop; None: the scene's. history [s]: of ticks that are
+    device: "sim", a simulated handle and hand; or the path of a configuration of run_device, which ends in ".toml". Then the
+    library starts run_device, and the device, its limits, switches and rate are the configuration's; the scene must be the
+    bytes of the configuration's scene file. If this process dies, the force ramps to zero at once. A process forked from
+    this one does not have the session. rate [Hz]: of the loop; None: the scene's. history [s]: of ticks that are
     kept. priority: SCHED_FIFO of the servo thread, 1 to 99; 0: ordinary. hold: the hand holds the deadman switch
     from the start; without it no force is sent. hands: 2 in a scene with two hands, each with such a device of its own,
-    both moved in one tick; with 1 the part of a second hand is held still. A scene with one hand raises HapticError.
+    both moved in one tick; with 1 the part of a second hand is held still; of a configuration as many as it has. A scene with one hand raises HapticError.
 
     hand is the first of `hands`; state, verdict and history take the number of the hand. After a fault each of two hands
     leads its part on from where that is.
@@ -173,7 +210,7 @@ class Session:
     def __init__(
         self,
         scene: Scene,
-        device: str = "sim",
+        device: Union[str, "os.PathLike[str]"] = "sim",
         *,
         rate: Optional[float] = None,
         history: float = 60.0,
@@ -186,21 +223,26 @@ class Session:
         self.scene = scene
         options = c.SessionOptions(
             hold=c.HOLD_AGAIN if hold else c.RELEASE,
-            device=device.encode(),
+            device=os.fsencode(device),
             rate_hz=rate or 0.0,
             history_s=history,
             priority=priority,
-            hands=hands,
+            hands=hands if os.fspath(device) == "sim" or hands > 1 else 0,
         )
-        c.require(
-            c.library.haptic_session_open(
-                scene.bytes.ctypes.data,
-                len(scene.bytes),
-                ctypes.byref(options),
-                ctypes.byref(self._handle),
-            )
+        text = ctypes.create_string_buffer(4096)
+        error = c.library.haptic_session_open_text(
+            scene.bytes.ctypes.data,
+            len(scene.bytes),
+            ctypes.byref(options),
+            ctypes.byref(self._handle),
+            text,
+            len(text),
         )
-        self._records = int(history * (rate or scene.info.rate_hz)) + 1
+        if error != c.OK:
+            raise c.HapticError(error, text.value.decode(errors="replace"))
+        # A configuration says its rate itself: room for the fastest there is, which costs nothing until it is used.
+        is_simulated = os.fspath(device) == "sim"
+        self._records = int(history * ((rate or scene.info.rate_hz) if is_simulated else 10000.0)) + 1
         gains = c.GainsOutput()
         c.require(c.library.haptic_session_gains(self._handle, ctypes.byref(gains)))
         #: that the hand feels [N/m]: the scene's, or less where the scene has no [device] (then a warning says so)
@@ -238,6 +280,40 @@ class Session:
             s.missed_periods,
             s.longest_tick_s,
             s.state_hash,
+        )
+
+    def device(self, hand: int = 0) -> DeviceStatus:
+        """What the process that holds the device says of it; never waits."""
+        s = c.DeviceStatusOutput()
+        c.require(c.library.haptic_session_device(self._handle, hand, ctypes.byref(s)))
+        return DeviceStatus(
+            PHASES[s.phase],
+            LINK[s.link],
+            s.faults,
+            s.is_silent != 0,
+            s.exit_code,
+            s.connects,
+            s.reports,
+            s.force_n,
+            s.torque_nm,
+            s.waits_for.decode(errors="replace"),
+            s.trouble.decode(errors="replace"),
+            s.why.decode(errors="replace"),
+        )
+
+    @property
+    def events(self) -> Tuple[Event, ...]:
+        """The newest 64 events at most, oldest first; none of "sim". Never waits."""
+        found = (c.EventOutput * c.MOST_EVENTS)()
+        count = ctypes.c_size_t()
+        c.require(
+            c.library.haptic_session_events(
+                self._handle, found, c.MOST_EVENTS, ctypes.sizeof(c.EventOutput), ctypes.byref(count)
+            )
+        )
+        return tuple(
+            Event(e.number, e.time_s, e.device, e.level, e.name.decode(), e.text.decode(errors="replace"))
+            for e in found[: count.value]
         )
 
     def verdict(self, hand: int = 0) -> Verdict:
