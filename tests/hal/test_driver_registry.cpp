@@ -97,7 +97,8 @@ TEST_SUITE("hal.driver_registry") {
       CAPTURE(readme_row_of(row));
       CHECK(has(readme, readme_row_of(row)));
     }
-    const std::size_t table = readme.find("\n| `driver =` | device | senses | drives | tested against |\n");
+    const std::size_t table =
+        readme.find("\n| `driver =` | device | senses | drives | tested against |\n");
     REQUIRE(table != std::string::npos);
     const std::string rows = readme.substr(table, readme.find("\n\n", table) - table);
     CHECK(times(rows, "\n| ") == driver_rows().size() + 1);

@@ -172,7 +172,7 @@ void Run::begin_session() {
   session.listen(stop, std::max(0, config_.loop.usb_priority - 1));
 }
 
-// What a program with a session says. @return whether the run goes on.
+// Heeds the program with a session. @return whether the run goes on.
 bool Run::goes_on_after_call() {
   const RunSession::Call call = watch_.session->take();
   if (call == RunSession::Call::kNone) return true;
