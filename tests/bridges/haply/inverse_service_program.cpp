@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A stand-in for Haply's Inverse service to try a client with, without hardware: the handle of an
-// Inverse3 goes 4 cm down and up again every 4 s, with button a of its grip pressed.
+// Inverse3 goes 4 cm down and up again every 4 s, with button a of its grip pressed but for the
+// first half second of them.
 //   inverse_service_stand_in 3.1|3.5|3.0 [HTTP_PORT WEBSOCKET_PORT [SECONDS]]
 // It prints a line once it listens, and once a second the force that it would exert.
 #include <chrono>
@@ -41,7 +42,7 @@ int main(int count, char** words) {
       const double turn = k * 0.001 * 2 * 3.14159265358979 / 4;
       device.position_m[2] = 0.15 - 0.02 * (1 - std::cos(turn));
       device.velocity_m_per_s[2] = -0.02 * std::sin(turn) * 2 * 3.14159265358979 / 4;
-      device.a = true;
+      device.a = k % 4000 >= 500;
       service.set(device);
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       if (k % 1000 != 999) continue;

@@ -68,8 +68,11 @@ class HaplyBench {
       }
       Wrench wrench;
       wrench.force_w.x() = static_cast<Real>(force_n(k) + 1e-9 * ++unique_);
-      written.emplace_back(monotonic_ns(), static_cast<double>(wrench.force_w.x()));
-      CHECK(device->write(written.back().first, wrench));
+      const std::int64_t now_ns = monotonic_ns();
+      if (device->write(now_ns, wrench))
+        written.emplace_back(now_ns, static_cast<double>(wrench.force_w.x()));
+      else
+        ++refused;
     }
   }
   /// A force is on and nothing was wrong so far. False: this machine was late.
@@ -131,7 +134,7 @@ class HaplyBench {
   std::string why;
   BridgeSample sample;
   BridgeRead last = BridgeRead::kSilent;
-  int silent = 0;
+  int silent = 0, refused = 0;
   std::uint32_t faults = 0;
   std::vector<std::pair<std::int64_t, double>> written;
 
@@ -312,6 +315,7 @@ TEST_SUITE("bridges.haply_device") {
         b.service.stall_once(stall_ns);
         b.run(periods + 20, half);  // a host that does not notice
         CHECK(b.silent >= 1);
+        CHECK(b.refused >= 1);  // a service that stalls takes nothing
         CHECK(b.faults == kDeviceDriveFault);
         const std::vector<Exerted> log = b.service.log();
         std::size_t gap = before - 1;  // the last message before the stall

@@ -277,7 +277,8 @@ hal::BridgeRead HaplyDevice::read(std::int64_t now_ns, hal::BridgeSample& sample
 }
 
 bool HaplyDevice::write(std::int64_t now_ns, const Wrench& wrench_d) {
-  if (session_ == nullptr) return false;
+  // A service that stalls has not taken the force before.
+  if (session_ == nullptr || session_->is_stalled(now_ns)) return false;
   HaplyForce force;
   force.handed_ns = now_ns;
   for (int k = 0; k < 3; ++k) force.force_n[k] = static_cast<double>(wrench_d.force_w[k]);

@@ -134,7 +134,7 @@ bool HaplySession::exchange() {
   is_first_ = false;
   is_zero_ = force_n[0] == 0 && force_n[1] == 0 && force_n[2] == 0;
   sent_ns_ = now_ns;
-  is_in_flight_ = true;
+  in_flight_ns_.store(now_ns, std::memory_order_relaxed);
   sent_release_ = force_.is_on == 0 ? force_.release : sent_release_;
   return take_answer();
 }
@@ -149,7 +149,7 @@ bool HaplySession::take_answer() {
     if (now_ns - sent_ns_ > kHaplyGone_ns) return end(HaplyEnd::kNoAnswer);
     if (is_over_.load(std::memory_order_relaxed)) return false;
   }
-  is_in_flight_ = false;
+  in_flight_ns_.store(0, std::memory_order_relaxed);
   // A stall with the drives off hurts nobody.
   const bool is_late = hal::monotonic_ns() - sent_ns_ > times_.cut_ns();
   if (is_late && (!is_zero_ || heard_.newest().is_on != 0)) cut(HaplyCut::kStalled);
@@ -196,7 +196,8 @@ void HaplySession::say_goodbye() {
   write_haply_force(format_, choice_.device, zero, false, out_);
   const std::int64_t until_ns = hal::monotonic_ns() + kGoodbye_ns;
   if (!socket_->send(out_, until_ns)) return;
-  for (int answers = is_in_flight_ ? 2 : 1; answers > 0; --answers)
+  for (int answers = in_flight_ns_.load(std::memory_order_relaxed) != 0 ? 2 : 1; answers > 0;
+       --answers)
     if (socket_->receive(in_, until_ns) != ServiceSocket::Got::kText) return;
   released_.store(~std::uint64_t{0}, std::memory_order_release);
   socket_->close(until_ns + kGoodbye_ns);

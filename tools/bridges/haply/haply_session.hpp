@@ -114,6 +114,11 @@ class HaplySession {
   [[nodiscard]] std::uint64_t released() const noexcept {
     return released_.load(std::memory_order_acquire);
   }
+  /// True while a message is without an answer for longer than HaplyTimes::silent_ns.
+  [[nodiscard]] bool is_stalled(std::int64_t now_ns) const noexcept {
+    const std::int64_t since_ns = in_flight_ns_.load(std::memory_order_relaxed);
+    return since_ns != 0 && now_ns - since_ns > times_.silent_ns();
+  }
   /// Readable when there is a new report. Negative: none could be made.
   [[nodiscard]] int wake() const noexcept { return wake_; }
 
@@ -153,10 +158,11 @@ class HaplySession {
   std::int64_t sent_ns_ = 0;
   std::uint64_t sent_release_ = 0;
   unsigned wrong_in_row_ = 0, absent_in_row_ = 0;
-  bool is_first_ = true, is_zero_ = true, is_foreign_ = false, is_in_flight_ = false;
+  bool is_first_ = true, is_zero_ = true, is_foreign_ = false;
 
   std::atomic<bool> is_over_{false};
   std::atomic<std::uint64_t> released_{0};
+  std::atomic<std::int64_t> in_flight_ns_{0};  ///< when the message in flight was sent; 0: none is
   std::thread thread_;
 };
 
