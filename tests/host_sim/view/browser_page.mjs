@@ -24,8 +24,9 @@ export class Pages {
     this.pictures = pictures;
   }
 
-  /** A file, or the address of a live session; a request to anyone else is a fault. */
-  async open(place, options = {}) {
+  /** A file, or the address of a live session; a request to anyone else is a fault. `played`: scripts that stand in for devices, before
+   *  the page's own, each a function or { path }. */
+  async open(place, { played = [], ...options } = {}) {
     const isLive = /^http:/.test(place);
     const own = isLive ? new RegExp(`^(blob:|data:|https?://${new URL(place).host}/)`) : /^(file|blob|data):/;
     const page = await this.browser.newPage({ viewport: { width: 1100, height: 700 }, colorScheme: "light", ...options });
@@ -36,6 +37,7 @@ export class Pages {
     });
     page.faults = [];
     page.on("pageerror", (error) => page.faults.push(error.message));
+    for (const script of played) await page.addInitScript(script);
     page.answer = await page.goto(isLive ? place : pathToFileURL(place).href);
     return page;
   }
@@ -96,7 +98,7 @@ export async function seek(page, tick) {
 }
 
 /** What `look` says of the newest picture of a canvas, `shot` in the page; the page allows no other way to hand it over. */
-async function pixelsOf(page, canvas, look, words) {
+export async function pixelsOf(page, canvas, look, words) {
   await page.evaluate(async (png) => {
     const image = new Image();
     image.src = `data:image/png;base64,${png}`;

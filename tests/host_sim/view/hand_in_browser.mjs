@@ -4,7 +4,6 @@
 // PACKAGES: folder with playwright-core. Exit code 1 where something is not as it should be.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
-import { pathToFileURL } from "node:url";
 import {
   feltAt, forceAbove, kForce, kGuide, kPatience, lamp, Pages, partAt, pixelsAbove, pixelsNear, situation,
 } from "./browser_page.mjs";
@@ -130,59 +129,6 @@ const cases = {
     assert.ok(!(await other.locator("#guide").isVisible()) && !(await other.locator("#guide-key").isVisible()));
     assert.equal(await pixelsNear(other, "#physical", kGuide), 0);
     await pages.close(other);
-  },
-
-  async "a gamepad and a SpaceMouse move the part, as the sticks and the cap say"() {
-    const page = await pages.browser.newPage({ viewport: { width: 1100, height: 700 } });
-    // No such thing is plugged in here: the browser's own interfaces, played.
-    await page.addInitScript(() => {
-      const pad = { id: "test pad", connected: true, mapping: "standard", axes: [0, 0, 0, 0], buttons: Array.from({ length: 16 }, () => ({ pressed: false, value: 0 })) };
-      navigator.getGamepads = () => [window.pad ?? null];
-      window.plugPad = () => (window.pad = pad);
-      const takers = [];
-      const axes = (first) => ({ usages: [first, first + 1, first + 2], reportSize: 16, reportCount: 3, logicalMinimum: -350, logicalMaximum: 350 });
-      const device = {
-        productName: "test cap", opened: false, open: async () => (device.opened = true),
-        collections: [{ usagePage: 1, usage: 8, inputReports: [{ reportId: 1, items: [axes(0x10030)] }, { reportId: 2, items: [axes(0x10033)] }] }],
-        addEventListener: (kind, take) => kind === "inputreport" && takers.push(take),
-      };
-      window.push = (x, y, z) => {
-        const data = new DataView(new ArrayBuffer(6));
-        [x, y, z].forEach((value, k) => data.setInt16(2 * k, value, true));
-        takers.forEach((take) => take({ reportId: 1, data }));
-      };
-      Object.defineProperty(navigator, "hid", {
-        value: { asked: null, requestDevice: async ({ filters }) => ((navigator.hid.asked = filters), [device]), addEventListener: () => {} },
-      });
-    });
-    await page.goto(pathToFileURL(byHand).href);
-    page.setDefaultTimeout(kPatience.timeout);
-    await page.waitForFunction(() => document.body.dataset.tick > 100, null, kPatience);
-    /** Waits until the part has moved by more than `mm` along an axis, and then stops what moves it. */
-    const movesBy = async (axis, mm, stop) => {
-      const from = (await feltAt(page))[axis];
-      await page.waitForFunction(
-        ([axis, mm, from]) => {
-          const moved = Number(document.getElementById("felt-position").textContent.split(/\s+/)[axis]) - from;
-          return mm > 0 ? moved > mm : moved < mm;
-        },
-        [axis, mm, from],
-        kPatience,
-      );
-      await page.evaluate(stop);
-    };
-    await page.evaluate(() => (window.plugPad().axes[3] = -1));  // the right stick forward: up
-    await movesBy(2, 3, () => (window.pad.axes[3] = 0));
-    await page.evaluate(() => (window.pad.axes[3] = 1));
-    await movesBy(2, -3, () => (window.pad.axes[3] = 0));
-    await page.locator("#space-mouse").click();
-    await page.waitForFunction(() => document.getElementById("space-mouse").getAttribute("aria-pressed") === "true", null, kPatience);
-    assert.deepEqual(await page.evaluate(() => navigator.hid.asked), [{ usagePage: 1, usage: 8 }]);
-    await page.evaluate(() => window.push(0, 0, -350));  // the cap is lifted
-    await movesBy(2, 3, () => window.push(0, 0, 0));
-    await page.evaluate(() => window.push(0, 0, 350));
-    await movesBy(2, -3, () => window.push(0, 0, 0));
-    await page.close();
   },
 
   async "a picture is saved, and an address holds the pose of the part and the view"() {

@@ -11,7 +11,6 @@ import { placeOf, placeText } from "../../../host_sim/view/page/src/place";
 import { Pyramid } from "../../../host_sim/view/page/src/pyramid";
 import { bytesOf, DamagedPage, Recording, unzipped } from "../../../host_sim/view/page/src/recording";
 import { layoutOf, nodeText } from "../../../host_sim/view/page/src/graph_pane";
-import { SixAxes } from "../../../host_sim/view/page/src/space_mouse";
 import { contactsOf, dashesOf, graphOf, kNone, markedOf, obstaclesOf, piecesOf, sameAnswer, surfaceOf, trianglesOf } from "../../../host_sim/view/page/src/shapes";
 import { flagTexts, isMarked, lengthText, roundBelow } from "../../../host_sim/view/page/src/words";
 
@@ -475,46 +474,4 @@ test("pictures: counted over the last two seconds", () => {
   assert.equal(meter.text(20 * 299), "50 a second");
   assert.equal(new FrameMeter().text(0), "-");
   assert.equal(meter.rate(20 * 299 + 5000), 0);
-});
-
-const axisItem = (first, count, bits, most) => ({
-  isRange: false, usages: Array.from({ length: count }, (_, k) => 0x10030 + first + k), reportSize: bits, reportCount: count,
-  logicalMinimum: -most, logicalMaximum: most,
-});
-const filling = (bits) => ({ isConstant: true, usages: [], reportSize: bits, reportCount: 1, logicalMinimum: 0, logicalMaximum: 0 });
-const shorts = (...values) => {
-  const view = new DataView(new ArrayBuffer(2 * values.length));
-  values.forEach((value, k) => view.setInt16(2 * k, value, true));
-  return view;
-};
-
-test("SpaceMouse: axes in one report or in two, where the descriptor says", () => {
-  const two = new SixAxes([{ usagePage: 1, usage: 8, inputReports: [
-    { reportId: 1, items: [axisItem(0, 3, 16, 350)] }, { reportId: 2, items: [axisItem(3, 3, 16, 350)] },
-    { reportId: 3, items: [{ isRange: true, usageMinimum: 0x90001, usageMaximum: 0x90002, reportSize: 1, reportCount: 2, logicalMinimum: 0, logicalMaximum: 1 }] }] }]);
-  assert.ok(two.isComplete);
-  two.take(1, shorts(350, -175, 0));
-  two.take(2, shorts(0, 0, -350));
-  assert.deepEqual(two.axes, [1, -0.5, 0, 0, 0, -1]);
-  // Right, up and away: the device counts y towards the operator and z down.
-  assert.deepEqual(two.cap.push.map((x) => +x.toFixed(3)), [1, 0, 0.474]);
-  assert.deepEqual(two.cap.turn.map((x) => +x.toFixed(3)), [0, 1, 0]);
-  two.take(1, new DataView(new ArrayBuffer(3)));
-  two.take(9, shorts(1, 1, 1));
-  assert.equal(two.axes[0], 1);
-  two.take(1, shorts(10, 900, 0));  // at rest, within its dead zone; beyond its range
-  assert.deepEqual([two.cap.push[0], two.axes[1]], [0, 1]);
-  two.release();
-  assert.deepEqual(two.axes, [0, 0, 0, 0, 0, 0]);
-
-  // Six of 12 bits behind 4 bits that mean nothing; the collection is within another.
-  const joined = new SixAxes([{ usagePage: 1, usage: 8, inputReports: [{ reportId: 7, items: [filling(4), axisItem(0, 6, 12, 1000)] }] }]);
-  assert.ok(joined.isComplete);
-  const bits = [250, -500, 1000, -1000, 0, 100].flatMap((value) => Array.from({ length: 12 }, (_, k) => ((value & 0xfff) >> k) & 1));
-  const data = new DataView(new ArrayBuffer(10));
-  [0, 0, 0, 0, ...bits].forEach((bit, k) => data.setUint8(k >> 3, data.getUint8(k >> 3) | (bit << (k & 7))));
-  joined.take(7, data);
-  assert.deepEqual(joined.axes, [0.25, -0.5, 1, -1, 0, 0.1]);
-  assert.ok(!new SixAxes([{ usagePage: 1, usage: 8, inputReports: [{ reportId: 1, items: [axisItem(0, 3, 16, 350)] }] }]).isComplete);
-  assert.ok(!new SixAxes([{ usagePage: 1, usage: 8 }]).isComplete);
 });

@@ -3,21 +3,19 @@
 import workerSource from "worker-source";
 import { kDark, kLight } from "./colours";
 import type { Colours } from "./colours";
-import { Controls } from "./controls";
 import { CSpacePane } from "./cspace_pane";
 import { DelayMeter, FrameMeter } from "./delay";
+import { Devices } from "./devices";
 import { Fineness, isDrawnByProcessor, kStill_ms } from "./fineness";
 import { GraphPane } from "./graph_pane";
-import { gripOf } from "./hand";
+import { Hands } from "./inputs/hands";
 import type { LiveFacts } from "./live";
-import type { FromWorker, Lamp, LiveOrder, Mode, Picture, Pose, SceneFacts, ToWorker, Vec } from "./messages";
+import type { FromWorker, Lamp, LiveOrder, Mode, Picture, Pose, SceneFacts, ToWorker } from "./messages";
 import { PhysicalPane } from "./physical_pane";
 import { placeOf, placeText } from "./place";
 import { bytesOf, DamagedPage, unzipped } from "./recording";
 import { savePicture } from "./saved_picture";
 import { contactsOf } from "./shapes";
-import { openSpaceMouse } from "./space_mouse";
-import type { Hid } from "./space_mouse";
 import type { Side } from "./stage";
 import { Strips } from "./strips";
 import { drivenText, flagTexts, isBound, lawText, lengthText, numberText, situationText } from "./words";
@@ -111,9 +109,8 @@ class Page {
   private cspace: CSpacePane | null = null;
   private readonly strips: Strips;
   private readonly graph = new GraphPane(element("graph"));
-  private controls: Controls | null = null;
-  /** of a second hand, which keys, a second gamepad and a second SpaceMouse lead */
-  private second: Controls | null = null;
+  private hands: Hands | null = null;
+  private devices: Devices | null = null;
   private scene: SceneFacts | null = null;
   private picture: Picture | null = null;
   private lamp: Lamp | null = null;
@@ -226,17 +223,20 @@ class Page {
       this.cspace.partRadius = radius;
       element("arrow-scale").textContent = this.physical.scaleText;
     }
-    const controlsOf = (hand: number, grip: Vec) =>
-      new Controls(this.side, grip, radius, hand, (target, at) => {
-        if (!this.takesHand) return;
-        this.movedAt = performance.now();
-        this.wanted[hand] = { kind: "hand", target, at, second: hand === 1 };
-        this.sendHand(this.movedAt);
-      });
-    this.controls = controlsOf(0, scene.grip);
     // A session elsewhere has its own second hand.
-    this.second = scene.second && !this.live ? controlsOf(1, scene.second.grip) : null;
-    element("two-hands").hidden = this.second === null;
+    const hasSecond = scene.second !== null && this.live === null;
+    this.hands = new Hands(scene, this.side, radius, hasSecond, (hand, target, at) => {
+      if (!this.takesHand) return;
+      this.movedAt = performance.now();
+      this.wanted[hand] = { kind: "hand", target, at, second: hand === 1 };
+      this.sendHand(this.movedAt);
+    });
+    element("two-hands").hidden = !hasSecond;
+    this.devices = new Devices(this.hands, this.physical, this.side, {
+      takesHand: this.takesHand,
+      turn: () => this.turn(performance.now()),
+      drawsAgain: () => this.resize(),
+    });
     element<HTMLButtonElement>("restart").disabled = element<HTMLButtonElement>("upright").disabled = !this.takesHand;
     this.bindParts(scene);
     this.bindPairs(scene);
@@ -248,12 +248,6 @@ class Page {
     document.body.dataset.state = "loaded";
     // A recording is computed first.
     if (scene.recordedTicks === 0) this.goToAddress();
-  }
-
-  /** The parts are somewhere else by themselves. */
-  private forgetMoves(): void {
-    this.controls?.forget();
-    this.second?.forget();
   }
 
   /** Where others move: whose C-obstacles are drawn. Those of movers are told behind the bodies. */
@@ -282,9 +276,8 @@ class Page {
     this.graph.load(scene.bodies);
     this.physical?.load(scene);
     if (this.physical && this.cspace) this.cspace.partRadius = this.physical.partRadius;
-    if (this.controls) this.controls.partRadius = this.physical?.partRadius ?? 0.05;
+    this.hands?.hold(scene, this.physical?.partRadius ?? 0.05);
     if (this.physical) element("arrow-scale").textContent = this.physical.scaleText;
-    this.forgetMoves();
     this.viewed = null;
     this.looked = true;
   }
@@ -292,7 +285,7 @@ class Page {
   /** The hand holds this part of the scene; -1: it lets go. */
   private hold(part: number): void {
     if (!this.takesHand || this.live) return;
-    this.forgetMoves();
+    this.hands?.forget();
     this.send({ kind: "hold", part });
   }
 
@@ -334,7 +327,7 @@ class Page {
     if (side) Object.assign(this.side, side);
     this.looked = true;
     if (pose && this.takesHand) {
-      this.forgetMoves();
+      this.hands?.forget();
       this.send({ kind: "hand", target: pose, at: performance.now() });
     } else if (tick !== undefined && this.scene?.recordedTicks) {
       this.seek(tick);
@@ -357,28 +350,12 @@ class Page {
 
   private savePicture(): void {
     const { picture, scene, physical, cspace } = this;
-    if (!picture || !scene || !physical || !cspace) return;
+    if (!picture || !scene || !physical || !cspace || this.devices?.isInRoom) return;
     this.drawFinely();
     const situation = situationText(scene.situations[picture.situation] ?? "none");
     const force = Math.hypot(...picture.force);
     const words = `${scene.name}, tick ${picture.tick}: ${situation}, ${numberText(force)} N; ${element("arrow-scale").textContent}`;
     savePicture([physical.canvas, cspace.canvas], words, this.colours, `${scene.name}_${picture.tick}.png`);
-  }
-
-  private async useSpaceMouse(hid: Hid): Promise<void> {
-    const button = element("space-mouse");
-    try {
-      const found = await openSpaceMouse(hid);
-      if (!found) return;
-      if (!found.axes.isComplete) throw new Error(`${found.name} does not say that it has six axes`);
-      const isSecond = this.second !== null && this.controls?.sixAxes != null;
-      const led = isSecond ? this.second : this.controls;
-      if (led) led.sixAxes = found.axes;
-      button.setAttribute("aria-pressed", "true");
-      button.title = `${found.name} moves the ${isSecond ? "second hand's part" : "part"}`;
-    } catch (error) {
-      button.title = `The SpaceMouse cannot be used: ${error instanceof Error ? error.message : String(error)}`;
-    }
   }
 
   /** Whether a hand here moves the part. A session of a device is only watched. */
@@ -413,6 +390,7 @@ class Page {
   }
 
   private drawFinely(): void {
+    if (this.devices?.isInRoom) return;
     this.setFineness(this.fineness.resting);
     this.physical?.render(this.side);
     this.cspace?.render(this.side);
@@ -426,12 +404,12 @@ class Page {
   }
 
   private restart(): void {
-    this.forgetMoves();
+    this.hands?.forget();
     this.send({ kind: "restart" });
   }
 
   private togglePlay(): void {
-    this.forgetMoves();
+    this.hands?.forget();
     const mode = this.picture?.mode;
     this.send({ kind: "mode", mode: mode === "play" ? "pause" : "play" });
   }
@@ -458,7 +436,7 @@ class Page {
   private bind(): void {
     element("play").onclick = () => this.togglePlay();
     element("restart").onclick = () => this.restart();
-    element("upright").onclick = () => this.controls?.makeUpright();
+    element("upright").onclick = () => this.hands?.makeUpright();
     element("cut").onclick = () => this.toggleCut();
     element("theme").onclick = () => this.setTheme(document.documentElement.dataset.theme !== "dark");
     const help = element<HTMLDialogElement>("help-text");
@@ -469,13 +447,12 @@ class Page {
     window.addEventListener("hashchange", () => {
       if (location.hash !== this.ownAddress) this.goToAddress();
     });
-    const { hid } = navigator as Navigator & { hid?: Hid };
-    element("space-mouse").hidden = !hid || !this.takesHand;
-    if (hid) element("space-mouse").onclick = () => void this.useSpaceMouse(hid);
+    const devices = element<HTMLDialogElement>("devices");
+    element("show-devices").onclick = () => devices.showModal();
     const keys: Record<string, () => void> = {
       Space: () => this.togglePlay(),
       Home: () => this.restart(),
-      KeyU: () => this.controls?.makeUpright(),
+      KeyU: () => this.hands?.makeUpright(),
       KeyH: () => this.holdNext(),
       KeyG: () => this.hold(-1),
       KeyC: () => this.toggleCut(),
@@ -494,15 +471,15 @@ class Page {
     };
     window.addEventListener("keydown", (event) => {
       const own = event.target instanceof HTMLElement && event.target.closest("input, button, dialog");
-      if (help.open || event.ctrlKey || event.metaKey || event.altKey) return;
+      if (help.open || devices.open || event.ctrlKey || event.metaKey || event.altKey) return;
       if (own && (event.code === "Space" || event.code.startsWith("Arrow") || event.code === "Home")) return;
       const act = signs[event.key] ?? keys[event.code];
       if (act) act();
-      else if (!(this.second ?? this.controls)?.key(event, true)) return;
+      else if (!this.hands?.key(event, true)) return;
       event.preventDefault();
     });
-    window.addEventListener("keyup", (event) => (this.second ?? this.controls)?.key(event, false));
-    window.addEventListener("blur", () => (this.second ?? this.controls)?.release());
+    window.addEventListener("keyup", (event) => this.hands?.key(event, false));
+    window.addEventListener("blur", () => this.hands?.keys.rest());
     if (this.physical) this.bindPane(this.physical);
     if (this.cspace) this.bindPane(this.cspace);
   }
@@ -538,7 +515,7 @@ class Page {
       y = event.clientY;
       if (moves) {
         const metres = pane.metresPerPixel;
-        this.controls?.drag(right * metres, -down * metres, event.shiftKey, event.ctrlKey, event.timeStamp);
+        this.hands?.drag(right * metres, -down * metres, event.shiftKey, event.ctrlKey, event.timeStamp);
       } else {
         this.turnView(right * 0.008, down * 0.008);
       }
@@ -563,10 +540,15 @@ class Page {
   }
 
   private frame(): void {
-    const now = performance.now();
+    this.turn(performance.now());
+    requestAnimationFrame(() => this.frame());
+  }
+
+  /** What is due: moves of the hands go to the core, and the newest picture is drawn. */
+  private turn(now: number): void {
     const passed = Math.min(0.1, (now - this.last) / 1000);
-    this.controls?.advance(passed, now);
-    this.second?.advance(passed, now);
+    this.hands?.advance(passed, now);
+    this.devices?.turn(now);
     this.last = now;
     this.sendHand(now);
     this.finish(now);
@@ -581,7 +563,6 @@ class Page {
     } else {
       this.strips.render(now);
     }
-    requestAnimationFrame(() => this.frame());
   }
 
   /** Sees whether the next picture may begin: while two are being drawn none does, so that none waits in a queue. */
@@ -599,12 +580,7 @@ class Page {
     if (this.fresh) {
       // A live session may be moved by others too: a hand here takes the part up where it then is.
       const byHand = picture.mode === "hand" || (picture.mode === "live" && performance.now() - this.movedAt < kHeld_ms);
-      this.controls?.follow(picture.deviceGrip, picture.device.q, picture.feltGrip, byHand);
-      if (this.second && this.scene?.second) {
-        const { grip, mover } = this.scene.second;
-        const { commanded, felt } = picture.driven[mover];
-        this.second.follow(gripOf(commanded, grip), commanded.q, gripOf(felt, grip), byHand);
-      }
+      this.hands?.show(picture, byHand, now);
       if (!this.viewed || !sameView(picture, this.viewed)) {
         this.physical?.show(picture);
         this.cspace?.show(picture);
@@ -613,7 +589,8 @@ class Page {
       this.viewed = picture;
       this.areWordsOld = true;
     }
-    if (this.looked) {
+    // In a room the headset asks for its pictures itself.
+    if (this.looked && !this.devices?.isInRoom) {
       this.changedAt = now;
       this.setFineness(this.fineness.moving);
       this.physical?.render(this.side);

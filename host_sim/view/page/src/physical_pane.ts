@@ -7,6 +7,8 @@ import { rotate } from "./hand";
 import type { Picture, Pose, SceneFacts, Vec } from "./messages";
 import { Arrows, Dots, WideLines } from "./marks";
 import type { Dot, Segments } from "./marks";
+import { RoomMarks } from "./room_marks";
+import type { ControllerMark } from "./room_marks";
 import { contactsOf, kNone, markedOf, outlinesOf, piecesOf, surfaceOf, trianglesOf } from "./shapes";
 import type { Face } from "./shapes";
 import { PlainMaterial, Positions, shownColour, SolidMaterial } from "./solids";
@@ -21,8 +23,8 @@ const kBehindFrom_m = 1e-4;
 /** An arrow a third of the part long is about the pull of the spring at this distance [of the part's radius] and turn. */
 const kShareOfArrow = 0.03;
 const kTurnOfArrow_rad = 0.03;
-/** Radius of the shaft of an arrow [pixels]. */
-const kArrow_px = 2.2;
+/** Radius of the shaft of an arrow [pixels]; in a room [of the part's radius]. */
+const kArrow_px = 2.2, kArrowInRoom = 0.03;
 
 /** Least box round faces. */
 function boundsOf(faces: Face[]): THREE.Box3 {
@@ -76,6 +78,7 @@ export class PhysicalPane extends Stage {
   private readonly polygons = new THREE.Mesh(this.areas.geometry, this.polygonFill);
   private readonly lines = new WideLines(this.around, 13);
   private readonly dots = new Dots(this.around, 15);
+  private readonly roomMarks = new RoomMarks(this.around);
   private readonly arrows = new Arrows(20);
   private picture: Picture | null = null;
   radius = 0.1;
@@ -89,7 +92,12 @@ export class PhysicalPane extends Stage {
     super(canvas, overlay, colours, smooth);
     this.polygons.frustumCulled = false;
     this.polygons.renderOrder = 10;
-    this.scene.add(this.fixed, this.driven, this.felt, this.ghost, this.commanded, this.polygons, this.lines, this.dots, this.arrows);
+    this.scene.add(this.fixed, this.driven, this.felt, this.ghost, this.commanded, this.polygons, this.lines, this.dots, this.arrows, this.roomMarks);
+  }
+
+  /** Grip point of the part as it is felt [m]. */
+  get feltAt(): Vec {
+    return this.picture?.feltGrip ?? (this.felt.position.toArray() as Vec);
   }
 
   /** Of a scene that is shown already another part is in the hand: the view stays. */
@@ -233,7 +241,7 @@ export class PhysicalPane extends Stage {
     this.dots.set(dots);
   }
 
-  private pointArrows({ feltGrip, force, torque, guide }: Picture): void {
+  private pointArrows({ feltGrip, force, torque, guide }: Picture, thick: number): void {
     const third = this.partRadius / 3;
     const from = vector(feltGrip);
     const arrow = (value: Vec, unit: number, heads: 1 | 2, colour: string) => ({
@@ -245,17 +253,30 @@ export class PhysicalPane extends Stage {
     const { colours, forceUnit, torqueUnit } = this;
     const arrows = [arrow(force, forceUnit, 1, colours.force), arrow(torque, torqueUnit, 2, colours.torque)];
     if (guide) arrows.push(arrow(guide.force, forceUnit, 1, colours.guide));
-    this.arrows.set(arrows, kArrow_px * this.metresPerPixel);
+    this.arrows.set(arrows, thick);
   }
 
   render(side: Side): void {
     if (this.picture) {
       this.setCut(side, vector(this.picture.feltGrip));
-      this.pointArrows(this.picture);
+      this.pointArrows(this.picture, kArrow_px * this.metresPerPixel);
     }
     this.clear();
     this.draw(side);
     this.begun();
+  }
+
+  /** For the eyes of a headset, which moves `camera`; `side`: from where whoever wears it sees the scene; pixels of an eye. */
+  renderInRoom(camera: THREE.Camera, side: Side, width: number, height: number): void {
+    if (this.picture) {
+      this.setCut(side, vector(this.picture.feltGrip));
+      this.pointArrows(this.picture, kArrowInRoom * this.partRadius);
+    }
+    this.drawInRoom(camera, side, width, height);
+  }
+
+  showControllers(controllers: ControllerMark[]): void {
+    this.roomMarks.show(controllers, this.feltAt, this.colours);
   }
 
   private rayAt(x: number, y: number): THREE.Raycaster {

@@ -65,6 +65,8 @@ export class Stage {
 
   /** `ratio`: pixels of the canvas for one of the page. */
   resize(ratio: number): void {
+    // What a headset shows has the size of its eyes.
+    if (this.renderer.xr.isPresenting) return;
     const width = Math.max(1, this.canvas.clientWidth), height = Math.max(1, this.canvas.clientHeight);
     const { value } = this.around.ratio;
     if (width === this.width && height === this.height && ratio === value) return;
@@ -72,6 +74,11 @@ export class Stage {
     this.height = height;
     this.around.ratio.value = ratio;
     this.renderer.setDrawingBufferSize(width, height, ratio);
+  }
+
+  /** Somebody else has drawn here in another size. */
+  forgetSize(): void {
+    this.width = this.height = 0;
   }
 
   /** Pixels of the page. */
@@ -97,7 +104,12 @@ export class Stage {
     this.camera.lookAt(target);
     this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();
-    const lamp = this.around.lamp.value.copy(eye).addScaledVector(rightOf(side), -0.6);
+    this.light(side);
+  }
+
+  /** From behind the eye, to its left and above. */
+  private light(side: Side): void {
+    const lamp = this.around.lamp.value.copy(towardsEye(side)).addScaledVector(rightOf(side), -0.6);
     lamp.z += 0.5;
     lamp.normalize();
   }
@@ -127,6 +139,16 @@ export class Stage {
     this.around.screen.value.set(width, height);
     this.look(side, target, halfHeight, width / height);
     this.renderer.render(this.scene, this.camera);
+  }
+
+  /** For the eyes of a headset, each of so many pixels. `side`: of the room before them. */
+  protected drawInRoom(camera: THREE.Camera, side: Side, width: number, height: number): void {
+    this.around.screen.value.set(width, height);
+    this.around.ratio.value = 1;
+    this.light(side);
+    this.renderer.setClearColor(this.colours.ground, 1);
+    this.renderer.clear();
+    this.renderer.render(this.scene, camera);
   }
 
   /** After the last call of a picture. */
