@@ -34,7 +34,9 @@ struct Trace {
   std::atomic<double> hand_m[3]{};  ///< where the hand holds the handle
   std::atomic<unsigned> buttons{0};
   std::atomic<double> gripper_rad{0.3};
-  std::atomic<int> crash{0};  ///< 1: in the next frame
+  std::atomic<int> needs_update{0};   ///< of the calibration, until it is updated
+  std::atomic<double> updated_n{-1};  ///< the force that acted at that moment
+  std::atomic<int> crash{0};          ///< 1: in the next frame
 };
 
 }  // namespace haptic::fake

@@ -72,6 +72,7 @@ FAKE_EXPORT unsigned hdInitDevice(const char* name) {
     return kInvalidHandle;
   }
   g_is_open = true;
+  g_enabled.store(0);
   trace().opened.fetch_add(1);
   return kHandle;
 }
@@ -231,11 +232,14 @@ FAKE_EXPORT void hdSetDoublev(unsigned parameter, const double* value) {
 
 FAKE_EXPORT unsigned hdCheckCalibration() {
   if (g_fault.is("needs_input")) return 0x5002;
-  return g_fault.is("needs_update") && trace().updates.load() == 0 ? 0x5001 : 0x5000;
+  return trace().needs_update.load() != 0 ? 0x5001 : 0x5000;
 }
 FAKE_EXPORT void hdUpdateCalibration(unsigned style) {
   if (style != 4) return push(0x0101);
-  trace().updates.fetch_add(1);
+  Trace& t = trace();
+  t.updated_n.store(std::hypot(t.force[0].load(), t.force[1].load(), t.force[2].load()));
+  t.updates.fetch_add(1);
+  t.needs_update.store(0);
 }
 
 FAKE_EXPORT void hdSetSchedulerRate(unsigned long rate) {

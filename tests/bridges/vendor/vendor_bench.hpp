@@ -85,6 +85,7 @@ class VendorBench {
     for (int k = 0; k < 3; ++k) trace->hand_m[k].store(0);
     trace->buttons.store(0);
     trace->updates.store(0);
+    trace->needs_update.store(0);
     trace->gripper_rad.store(0.3);
   }
   ~VendorBench() { device->close(); }
@@ -118,8 +119,11 @@ class VendorBench {
   }
   /// Until `done`, a minute at most: patience, not a time.
   bool run_until(const std::function<bool()>& done) {
-    for (int k = 0; k < 60'000 && !done(); ++k) run(1);
-    return done();
+    for (int k = 0; k < 60'000; ++k) {
+      if (done()) return true;
+      run(1);
+    }
+    return false;
   }
   bool release() {
     return run_until([&] { return device->release(hal::monotonic_ns()); });
