@@ -40,8 +40,9 @@ class FullSpeedBoard final : public sim::UsbFunction {
   }
 
   std::vector<std::uint8_t> descriptors() const override {
-    std::vector<std::uint8_t> all = test::bytes_in("hex device-descriptor");
-    for (const std::uint8_t byte : test::bytes_in("hex full-speed-configuration-descriptor"))
+    std::vector<std::uint8_t> all = haptic::hal::test::bytes_in("hex device-descriptor");
+    for (const std::uint8_t byte :
+         haptic::hal::test::bytes_in("hex full-speed-configuration-descriptor"))
       all.push_back(byte);
     return all;
   }

@@ -339,7 +339,12 @@ int haptic_session_close(haptic_session* session) {
 int haptic_session_free(haptic_session** session) {
   if (session == nullptr) return HAPTIC_ERROR_NULL;
   if (*session == nullptr) return HAPTIC_OK;
-  if (const int error = check_handle(*session); error != HAPTIC_OK) return error;
+  const int error = check_handle(*session);
+  if (error == HAPTIC_ERROR_CLOSED) {  // of the process that this one was forked from
+    *session = nullptr;
+    return HAPTIC_OK;
+  }
+  if (error != HAPTIC_OK) return error;
   (*session)->loop->close();
   (*session)->magic = 0;
   delete *session;

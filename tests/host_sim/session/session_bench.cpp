@@ -24,7 +24,10 @@ constexpr const char* kScene =
     "format = 1\nname = \"block on plate\"\n"
     "[moving]\nshape = \"box\"\nsize_m = [0.04, 0.04, 0.02]\nposition_m = [0, 0, 0.015]\n"
     "[[static]]\nshape = \"box\"\nsize_m = [0.2, 0.2, 0.02]\nposition_m = [0, 0, -0.01]\n"
-    "[rendering]\nk_f_n_per_m = 400\n[coupling]\nk_t_n_per_m = 400\n";
+    "[rendering]\nk_f_n_per_m = 400\n[coupling]\nk_t_n_per_m = 400\n"
+    // As the device states itself, and a loop by the timer: within its passivity budget.
+    "[device]\nmass_kg = 0.1\ndamping_ns_per_m = 1\nrotor_inertia_kg_m2 = 1e-4\n"
+    "rotor_damping_nms_per_rad = 1e-3\ndelay_s = 0.002\n";
 
 }  // namespace
 
