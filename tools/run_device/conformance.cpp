@@ -204,7 +204,7 @@ class Checks {
     else if (std::abs(time_passed - steps_passed * period) > steps_passed * period / 50)
       f.defect = "the device's time goes on by " + std::to_string(time_passed / steps_passed) +
                  " us a report, and its period is " + std::to_string(period) + " us";
-    else if (not_fetched > settings_.reports / 3)
+    else if (not_fetched > settings_.reports - settings_.reports / 10)
       f.defect = std::to_string(not_fetched) +
                  " reports did not come: the device offers fewer than it counts, or this machine "
                  "is too slow";
