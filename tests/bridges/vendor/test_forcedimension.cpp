@@ -252,7 +252,7 @@ TEST_CASE("a call that blocks for a second: silence, no force, and no jump when 
     REQUIRE(looks < 60'000);
   }
   CHECK(looks > 200);
-  if (had_force) CHECK(b.trace->watchdog_cuts.load() == cuts + 1);  // the device's own
+  if (had_force) CHECK(b.trace->watchdog_cuts.load() > cuts);  // the device's own
   CHECK((b.sample.faults & kDeviceDriveFault) != 0);
   b.run(30, push);
   CHECK(b.force().norm() == 0);
@@ -318,8 +318,7 @@ TEST_CASE("unplugged in the middle, then there again") {
     b.device->close();
   }
   REQUIRE(b.open());
-  CHECK(b.run(20) != BridgeRead::kLost);
-  CHECK(b.news > 0);
+  CHECK(b.run_until([&] { return b.look() == BridgeRead::kNew; }));
 }
 
 TEST_CASE("poses that are none are never passed on") {
@@ -364,7 +363,11 @@ TEST_CASE("the gripper as a switch, with play; gravity compensation") {
   CHECK(b.trace->gravity.load() == 0);
   const auto is_closed = [&](double angle) {
     b.trace->gripper_rad.store(angle);
-    b.run(8);
+    int seen = 0;
+    REQUIRE(b.run_until([&] {
+      seen += b.look() == BridgeRead::kNew ? 1 : 0;
+      return seen >= 3;
+    }));
     return ((b.sample.switches >> kGripperSwitch) & 1u) != 0;
   };
   CHECK_FALSE(is_closed(0.3));
