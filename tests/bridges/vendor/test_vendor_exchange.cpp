@@ -215,6 +215,50 @@ TEST_CASE("a sample makes the descriptor readable, and a look empties it") {
   CHECK(poll(&watched, 1, 0) == 0);
 }
 
+TEST_CASE("any orders, ages and failures in any sequence keep the rules") {
+  const Real smallest = VendorExchange::kLargestStart * kLimits.max_force_n;
+  int driven = 0, cuts = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    CAPTURE(seed);
+    test::Random random(seed);
+    const auto chance = [&](double share) { return random.uniform(0, 1) < share; };
+    ExchangeBench b;
+    Real ordered_n = -1;  // below 0: nothing is to be driven
+    bool is_fresh = false, was_driven = false, cut = false;
+    for (int k = 0; k < 1000; ++k) {
+      CAPTURE(k);
+      if (chance(0.05)) {
+        (void)b.exchange.release();
+        ordered_n = -1;
+      } else if (chance(0.9)) {
+        is_fresh = !chance(0.02);
+        ordered_n = static_cast<Real>(random.uniform(0, chance(0.5) ? 0.4 : 12));
+        (void)b.write(ordered_n, is_fresh ? 0 : VendorExchange::kOldest_ns + 1'000'000);
+      }
+      b.handle.sensed = chance(0.05) ? VendorResult::kRefused : VendorResult::kDone;
+      b.handle.exerted = chance(0.03) ? VendorResult::kRefused : VendorResult::kDone;
+      REQUIRE(b.turn());
+      const bool drives = b.handle.drives;
+      // Force only by a fresh order, as large as that, never after a cut, and never from nothing to
+      // much.
+      REQUIRE((!drives || (ordered_n >= 0 && is_fresh && !cut)));
+      REQUIRE(b.handle.force_n == (drives ? ordered_n : 0));
+      REQUIRE((!drives || was_driven || ordered_n <= smallest));
+      driven += drives ? 1 : 0;
+      const bool is_done = b.handle.exerted == VendorResult::kDone;
+      if ((was_driven && ordered_n >= 0 && !is_fresh) || (drives && !is_done)) {
+        cut = true;
+        ++cuts;
+      }
+      if (ordered_n < 0 && is_done) cut = false;
+      was_driven = drives;
+    }
+  }
+  // It was no idle walk; a machine that holds this thread up cuts too, which makes it fewer.
+  CHECK(driven > 500);
+  CHECK(cuts > 20);
+}
+
 TEST_CASE("axes: right, away and up of both vendors") {
   const VendorAxes fd = VendorAxes::force_dimension(), hd = VendorAxes::open_haptics();
   // Towards the operator, to the right, up.
