@@ -128,7 +128,7 @@ bool OpenBridge::look() {
       if (!is_new_) sampled_ns_ = now_ns;
       return true;
     case BridgeRead::kSilent:
-      is_silent_ = true;
+      is_silent_ = !is_new_;  // a sample that has come in this period is reported
       return true;
     case BridgeRead::kLost:
       break;
