@@ -29,13 +29,15 @@ class ArmHost final : public hal::UsbPort {
     peer_.wait(hal::monotonic_ns() + 2'000'000);
     std::uint8_t bytes[hal::kMaxReportBytes];
     std::int64_t sampled_ns = 0;
+    // The driver passes nothing on until it has had a zero with the drives on.
+    const bool was_on = driver.receipt().drives_on;
     const std::size_t size = peer_.report(hal::monotonic_ns(), bytes, sampled_ns);
     if (size == 0 ||
         driver.read(std::span(bytes).first(size), sampled_ns, state) != hal::ReportVerdict::kState)
       return;
     ++reports;
     Wrench wrench;
-    if (driver.receipt().drives_on) wrench.force_w = force;
+    if (was_on) wrench.force_w = force;
     Wrench delivered;
     const std::size_t sent = driver.write(wrench, ++tick_, bytes, delivered);
     if (sent > 0) peer_.command(hal::monotonic_ns(), std::span(bytes).first(sent));

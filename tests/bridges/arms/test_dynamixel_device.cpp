@@ -210,7 +210,7 @@ TEST_SUITE("bridges.dynamixel_device") {
     const Wrench push{Vec3(0, 0, 0.2), Vec3::Zero()};
     test::read_for(arm.device, arm.sample, 300, &push);
     bus.with([](auto& b) { b.watchdog_unit_ns = 20 * kMs; });
-    std::this_thread::sleep_for(std::chrono::milliseconds(70));
+    std::this_thread::sleep_for(std::chrono::milliseconds(35));
     const std::size_t from = bus.with([](auto& b) {
       b.watchdog_unit_ns = 1000 * kMs;
       CHECK(b.servo(1).cuts == 1);

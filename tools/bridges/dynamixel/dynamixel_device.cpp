@@ -54,7 +54,7 @@ bool DynamixelDevice::write(std::int64_t now_ns, const Wrench& wrench_d) {
   // The newest wrench goes out at once where half a period has passed.
   if (now_ns >= next_ns_ - cycle_ns_ / 2) {
     take_answers(now_ns);
-    if (query_ == Query::kNone) start(Query::kPose, now_ns);
+    if (query_ == Query::kNone) start_cycle(now_ns);
   }
   return is_fresh(now_ns);
 }
@@ -190,7 +190,11 @@ void DynamixelDevice::start_next(std::int64_t now_ns) noexcept {
     }
     return;
   }
-  if (now_ns < next_ns_) return;
+  if (now_ns >= next_ns_) start_cycle(now_ns);
+}
+
+/// The query of the next cycle, whoever begins it: goals go out with each.
+void DynamixelDevice::start_cycle(std::int64_t now_ns) noexcept {
   // In turn with poses, so that these go on while the watchdogs are asked or set.
   const bool is_odd = ++cycles_to_watchdog_ % 2 != 0;
   if (phase_ == Phase::kSetup && is_odd) return start(Query::kSetup, now_ns);

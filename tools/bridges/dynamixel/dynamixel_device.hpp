@@ -98,6 +98,7 @@ class DynamixelDevice final : public hal::BridgedDevice {
   void miss() noexcept;
   void start(Query query, std::int64_t now_ns) noexcept;
   void start_next(std::int64_t now_ns) noexcept;
+  void start_cycle(std::int64_t now_ns) noexcept;
   void add_goals(std::int64_t now_ns) noexcept;
   void add_to_all(std::uint16_t address, std::uint8_t value) noexcept;
   void add_fast_read(std::uint16_t address, std::size_t bytes, std::size_t servos) noexcept;
