@@ -20,6 +20,8 @@ constexpr unsigned kMostBadSamples = 20;
 // The force that is taken away at the end is handed over within this time, or not at all.
 constexpr std::int64_t kLongestRelease_ns = 500 * kMs_ns;
 
+constexpr std::size_t kBitsByte = 3;  // of a command; bit 0: the drives are asked for
+
 constexpr std::uint64_t in_us(std::int64_t ns) noexcept {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(ns / 1000, 0));
 }
@@ -39,14 +41,16 @@ class OpenBridge final : PortDevice {
 
   [[nodiscard]] int listen(const std::string& path) { return port_.listen(path); }
   [[nodiscard]] bool pass_period(const std::atomic<bool>& stop);
-  [[nodiscard]] bool finish();
-  [[nodiscard]] bool holds_unasked() const;
+  /// The host is sent away. @param lost  the device is: nothing is waited for.
+  /// @return false: it could not be told that its force is off.
+  [[nodiscard]] bool finish(bool lost);
   /// True: the device was lost because its samples were no poses.
   [[nodiscard]] bool says_nothing() const { return bad_samples_ >= kMostBadSamples; }
 
  private:
   void sleep_until_woken(std::int64_t until_ns);
   [[nodiscard]] bool look();
+  [[nodiscard]] bool take(const BridgeSample& sample, std::int64_t now_ns);
   void report();
   bool drive();
 
@@ -67,7 +71,8 @@ class OpenBridge final : PortDevice {
   bool is_new_ = false;    ///< the sample was not reported yet
   bool is_silent_ = true;  ///< there is no sample that stands
   bool is_released_ = true;
-  unsigned missed_writes_ = 0, bad_samples_ = 0;
+  bool took_ = true;  ///< the device has what the firmware gives it
+  unsigned missed_periods_ = 0, bad_samples_ = 0;
 };
 
 /// Sleeps for a period, or until the device has something new, hears host and device meanwhile, and
@@ -88,10 +93,10 @@ bool OpenBridge::pass_period(const std::atomic<bool>& stop) {
   return true;
 }
 
-/// The host is sent away. False: the device could not be told that its force is off.
-bool OpenBridge::finish() {
+bool OpenBridge::finish(bool lost) {
   port_.drop(*this);
-  const std::int64_t until_ns = monotonic_ns() + kLongestRelease_ns;
+  (void)drive();
+  const std::int64_t until_ns = monotonic_ns() + (lost ? 0 : kLongestRelease_ns);
   while (!is_released_ && monotonic_ns() < until_ns) {
     (void)sleep_until(monotonic_ns() + kMs_ns);
     (void)drive();
@@ -115,17 +120,9 @@ bool OpenBridge::look() {
   BridgeSample sample;
   switch (device_.read(now_ns, sample)) {
     case BridgeRead::kNew:
-      if (!sample_of(sample, sample_)) {
-        is_silent_ = true;
-        return ++bad_samples_ < kMostBadSamples;
-      }
-      bad_samples_ = 0;
-      is_new_ = true;
-      is_silent_ = false;
-      sampled_ns_ = std::clamp(sample.sampled_ns, sampled_ns_, now_ns);
-      return true;
+      return take(sample, now_ns);
     case BridgeRead::kSame:
-      if (!is_new_) sampled_ns_ = now_ns;
+      if (!is_new_ && device_.facts().rests_in_silence) sampled_ns_ = now_ns;
       return true;
     case BridgeRead::kSilent:
       is_silent_ = !is_new_;  // a sample that has come in this period is reported
@@ -136,21 +133,42 @@ bool OpenBridge::look() {
   return false;
 }
 
+/// False: too many in a row were no poses.
+bool OpenBridge::take(const BridgeSample& sample, std::int64_t now_ns) {
+  haptic_sample made{};
+  if (!sample_of(sample, made)) {
+    is_silent_ = true;
+    return ++bad_samples_ < kMostBadSamples;
+  }
+  if (is_new_) {  // a cause that was there in one sample only is reported all the same
+    made.faults |= sample_.faults;
+    made.stop_is_pressed |= sample_.stop_is_pressed;
+    made.is_fatal |= sample_.is_fatal;
+    made.is_calibrated &= sample_.is_calibrated;
+  }
+  sample_ = made;
+  bad_samples_ = 0;
+  is_new_ = true;
+  is_silent_ = false;
+  sampled_ns_ = std::clamp(sample.sampled_ns, sampled_ns_, now_ns);
+  return true;
+}
+
 /// The firmware's period, which looks after the watchdog; the host hears of it unless the device is
 /// silent, or has a force that it should not have.
 void OpenBridge::report() {
   reported_ns_ = monotonic_ns();
   haptic_sample told = sample_;
   told.time_us = in_us(is_silent_ ? reported_ns_ : sampled_ns_);
-  if (missed_writes_ >= kMostMissedWrites) {
+  if (missed_periods_ >= kMostMissedPeriods) {
     told.faults |= HAPTIC_FAULT_DRIVE;
     told.is_fatal = 1;
   }
   std::array<std::uint8_t, HAPTIC_REPORT_BYTES> bytes{};
   const std::size_t size = haptic_device_period(&firmware_, &told, bytes.data(), bytes.size());
-  (void)drive();
-  // A report would say that the drives are off.
-  if (!is_silent_ && !holds_unasked()) port_.publish(std::span(bytes).first(size), sampled_ns_);
+  missed_periods_ = drive() ? 0 : missed_periods_ + 1;
+  // A report would say that the device has what it was not handed.
+  if (!is_silent_ && took_) port_.publish(std::span(bytes).first(size), sampled_ns_);
   is_new_ = false;
 }
 
@@ -160,19 +178,12 @@ bool OpenBridge::drive() {
   const std::int64_t now_ns = monotonic_ns();
   if (drive.is_on != 0) {
     is_released_ = false;
-    missed_writes_ = device_.write(now_ns, wrench_of(drive)) ? 0 : missed_writes_ + 1;
-    return missed_writes_ == 0;
+    took_ = device_.write(now_ns, wrench_of(drive));
+  } else {
+    is_released_ = is_released_ || device_.release(now_ns);
+    took_ = is_released_;
   }
-  if (!is_released_ && device_.release(now_ns)) {
-    is_released_ = true;
-    missed_writes_ = 0;
-  }
-  return is_released_;
-}
-
-/// True while the firmware has taken the force away and the device has not heard of it.
-bool OpenBridge::holds_unasked() const {
-  return !is_released_ && haptic_device_drive(&firmware_)->is_on == 0;
+  return took_;
 }
 
 std::ptrdiff_t OpenBridge::control(const ControlRequest& request,
@@ -184,7 +195,9 @@ std::ptrdiff_t OpenBridge::control(const ControlRequest& request,
 
 void OpenBridge::command(std::span<const std::uint8_t> bytes) {
   // A command is accepted by a device that has taken the one before it: the host counts on that.
-  if ((missed_writes_ > 0 || holds_unasked()) && !drive()) return;
+  // One that takes the drives off is not held up by it.
+  const bool is_off = bytes.size() > kBitsByte && (bytes[kBitsByte] & 1u) == 0;
+  if (!took_ && !is_off && !drive()) return;
   const std::uint64_t now_us = in_us(monotonic_ns());
   if (haptic_device_command(&firmware_, bytes.data(), bytes.size(), now_us) != 0) (void)drive();
 }
@@ -238,9 +251,10 @@ int serve_bridge(BridgedDevice& device, const BridgeSettings& settings,
       if (!confined && device.can_be_confined() && settings.confine() != 0)
         sayer.say("the bridge keeps system calls that it could do without");
       confined = true;
-      while (!stop.load() && bridge.pass_period(stop)) {
-      }
-      if (!bridge.finish()) sayer.say(device.facts().name + " was not told that its force is off");
+      bool is_there = true;
+      while (!stop.load() && is_there) is_there = bridge.pass_period(stop);
+      if (!bridge.finish(!is_there))
+        sayer.say(device.facts().name + " was not told that its force is off");
       if (bridge.says_nothing())
         sayer.say(device.facts().name + " sends what is no pose");
       else if (!stop.load())

@@ -27,7 +27,7 @@ struct BridgeSettings {
 /// and returns. A host finds the socket only while the device is open, and is sent away when the
 /// device is lost: to the host it is unplugged. Force is off without a host, after the watchdog's
 /// time without an accepted command, while the device cannot be handed its force (after
-/// kMostMissedWrites), and whenever the protocol says so. A command is accepted only by a device
+/// kMostMissedPeriods), and whenever the protocol says so. A command is accepted only by a device
 /// that has taken the one before it, and no report comes while the device has a force that was
 /// taken away: the host never believes that there is less force than there is.
 /// @return 0, or an errno of listening.
@@ -35,6 +35,6 @@ struct BridgeSettings {
                                const std::atomic<bool>& stop);
 
 /// Periods in a row in which the force could not be handed over, after which the drives are off.
-inline constexpr unsigned kMostMissedWrites = 5;
+inline constexpr unsigned kMostMissedPeriods = 5;
 
 }  // namespace haptic::hal

@@ -20,6 +20,9 @@ struct BridgeFacts {
   DeviceCapabilities capabilities;
   std::string name;   ///< "Inverse3, serial 04a1, service 3.5.1": for people
   std::string words;  ///< what its owner has to know; may be empty
+  /// Where BridgeRead::kSame means that nothing moves, so that the sample before is true now; else
+  /// it keeps its time.
+  bool rests_in_silence = false;
 };
 
 /// A state of the device.

@@ -36,7 +36,7 @@ ssize_t receive_message(int socket, std::span<std::uint8_t> bytes,
   header.msg_control = room;
   header.msg_controllen = sizeof room;
   const ssize_t size = recvmsg(socket, &header, MSG_CMSG_CLOEXEC | MSG_DONTWAIT);
-  const cmsghdr* const control = size > 0 ? CMSG_FIRSTHDR(&header) : nullptr;
+  const cmsghdr* const control = size >= 0 ? CMSG_FIRSTHDR(&header) : nullptr;
   if (control == nullptr || control->cmsg_type != SCM_RIGHTS) return size;
   const std::size_t came = (control->cmsg_len - CMSG_LEN(0)) / sizeof(int);
   int numbers[kCount];
@@ -113,7 +113,10 @@ void DevicePort::hear(PortDevice& device) {
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
     // A host that ends with answers unread says this before what it has sent last, a zero maybe.
     if (size < 0 && errno == ECONNRESET) continue;
-    if (size <= 0) return drop(device);
+    if (size <= 0) {
+      descriptors.close_all();
+      return drop(device);
+    }
     const auto bytes =
         std::span<const std::uint8_t>(message).subspan(1, static_cast<std::size_t>(size) - 1);
     switch (static_cast<SocketMessage>(message[0])) {

@@ -64,6 +64,7 @@ int probe(hal::BridgedDevice& device, const std::string& name, bool json) {
   const std::string text = json ? facts_json(name, found ? &device.facts() : nullptr, why).dump()
                                 : facts_text(name, found ? &device.facts() : nullptr, why);
   std::printf("%s\n", text.c_str());
+  std::fflush(stdout);  // who asked does not wait for the end
   device.close();
   return found ? kExitDone : kExitDeviceOrOs;
 }

@@ -368,6 +368,7 @@ void DeviceSession::close() noexcept {
   if (!thread_.joinable()) return;
   const std::array<std::byte, 1> end{static_cast<std::byte>(kSessionClose)};
   (void)send_message(socket_.get(), end);
+  (void)shutdown(socket_.get(), SHUT_WR);  // heard also where the message found no room
   // It does not end: the process that keeps its device at zero does what is left to do.
   if (!waits_for_end(kLongestEnd_ms)) kill_program();
   thread_.join();
@@ -461,7 +462,8 @@ void DeviceSession::device(std::size_t hand, haptic_device_status& to) const noe
     to.exit_code = from.phase == SessionPhase::kEnded ? from.exit_code : exit_status_.load();
     const std::string_view why = from.phase == SessionPhase::kEnded
                                      ? text_in(from.why)
-                                     : "run_device was killed; its device was taken to zero";
+                                     : "run_device ended without a word; the process that keeps "
+                                       "its device at zero takes the force away";
     why.copy(to.why, sizeof to.why - 1);
     return;
   }
@@ -479,7 +481,8 @@ std::size_t DeviceSession::events(std::span<haptic_event> events) const noexcept
   const std::uint64_t last = ring.newest.load(std::memory_order_acquire);
   const std::uint64_t most = std::min<std::uint64_t>({last, events.size(), EventRing::kEvents});
   std::size_t count = 0;
-  for (std::uint64_t number = last - most + 1; count < most && number <= last; ++number) {
+  for (std::uint64_t k = 0; k < most; ++k) {
+    const std::uint64_t number = last - most + 1 + k;
     SessionEvent from;
     if (number == 0 || !copy_event(ring, number, from)) continue;
     haptic_event& to = events[count++];

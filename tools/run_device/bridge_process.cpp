@@ -108,7 +108,12 @@ void BridgeProcess::hear(std::vector<std::string>& lines) {
 
 bool BridgeProcess::has_ended(std::string& how) {
   int status = 0;
-  if (waitpid(pid_, &status, WNOHANG) != pid_) return false;
+  const pid_t ended = waitpid(pid_, &status, WNOHANG);
+  if (ended == 0) return false;
+  if (ended < 0) {  // its end was not kept for us
+    how = text_of(errno);
+    return true;
+  }
   how = WIFSIGNALED(status) ? hal::signal_text(WTERMSIG(status))
                             : "exit code " + std::to_string(WEXITSTATUS(status));
   return true;

@@ -30,7 +30,7 @@ class BridgeProcess {
   /// The lines that it has said since the last look, and that it has ended; one that has is started
   /// again, kAgain_ns after it was started last. Never waits.
   [[nodiscard]] std::vector<std::string> look();
-  /// Asks it to take the force away and to end, and waits for that, a second at most.
+  /// Asks it to take the force away and to end, and waits for that, five seconds at most.
   void stop() noexcept;
 
   [[nodiscard]] std::string socket_path() const { return (folder_ / "device").string(); }

@@ -14,6 +14,8 @@
 namespace haptic::tools {
 namespace {
 
+constexpr std::size_t kWrenchBegin = 12, kWrenchEnd = 36;  // bytes of a command
+
 using Bytes = ConformHost::Bytes;
 
 /// Outcome of a check that was made: empty `defect` is a pass.
@@ -253,7 +255,9 @@ class Checks {
     unsigned count = 0;
     const auto refused = [&](std::size_t bit, bool sealed) -> std::string {
       host_.feed();
-      Bytes bytes = ConformHost::command(host_.report().accepted_sequence + 1, true);
+      // A device that takes it in spite of the damage gets no force by it.
+      const bool is_wrench = bit >= 8 * kWrenchBegin && bit < 8 * kWrenchEnd;
+      Bytes bytes = ConformHost::command(host_.report().accepted_sequence + 1, !is_wrench);
       bytes[bit / 8] ^= static_cast<std::uint8_t>(1u << bit % 8);
       if (sealed) seal(bytes);
       const std::string defect = host_.refuse(bytes);
@@ -342,7 +346,12 @@ class Checks {
     const std::uint32_t limit = host_.watchdog_us(), period = host_.period_us();
     const std::uint32_t fed = host_.time_us(), fed_at_least = host_.time_before_us();
     const Bytes replay = ConformHost::command(host_.report().accepted_sequence, true);
+    // The device's time may stand still.
+    unsigned reports = 0;
+    const unsigned most = 10 + 4 * (limit / std::max(period, 1u));
     while (host_.says(hal::kReferenceDrivesOn)) {
+      if (++reports > most)
+        return "the drives are on " + std::to_string(reports) + " reports after the last command";
       if (host_.time_us() - fed > limit + period + period / 4)
         return "the drives are on " + ms_of(host_.time_us() - fed) +
                " after the last command, and the watchdog is " + ms_of(limit);

@@ -457,7 +457,12 @@ RunAccount Run::go() {
     SessionStatus& status = watch_.session->status();
     status.phase = SessionPhase::kEnded;
     status.exit_code = account_.exit_code;
-    for (SessionDeviceStatus& device : status.devices) device = {};
+    for (SessionDeviceStatus& device : status.devices) {
+      SessionDeviceStatus last;  // its counts go on being true
+      last.connects = device.connects;
+      last.reports = device.reports;
+      device = last;
+    }
     put_text(account_.why, status.why);
     watch_.session->publish();
   }

@@ -60,7 +60,7 @@ void SessionBench::write(const std::string& name, const std::string& text) const
 
 bool SessionBench::press() {
   // A tick that came too late releases it: again.
-  for (int tried = 0; tried < 6; ++tried) {
+  for (int tried = 0; tried < 20; ++tried) {
     device().hold(kApart_m, 0);
     sleep_ms(150);
     device().hold(kApart_m, kDeadmanHeld);

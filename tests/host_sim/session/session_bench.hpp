@@ -17,7 +17,7 @@
 namespace haptic::sim::test {
 
 inline constexpr std::int64_t kMs = 1'000'000;
-inline constexpr double kFelt_n = 1.0;
+inline constexpr double kFelt_n = 0.25;  // a machine that is busy gives a device little
 
 void sleep_ms(int ms);
 [[nodiscard]] bool comes_true_within(const std::function<bool()>& holds, int within_ms = 10'000);

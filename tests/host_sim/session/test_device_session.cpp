@@ -286,7 +286,7 @@ TEST_SUITE("host_sim.device_session") {
 
     signal_process(guardian, SIGKILL);
     CHECK(comes_true_within([&] { return session.device().phase == HAPTIC_DEVICE_ENDED; }));
-    CHECK(has(session.device().why, "was killed"));
+    CHECK(has(session.device().why, "without a word"));
     CHECK(session.state().link == 0);
     haptic_frame frame = HAPTIC_FRAME_INIT;
     CHECK(haptic_session_frame(session.get(), &frame) == HAPTIC_ERROR_DEVICE);

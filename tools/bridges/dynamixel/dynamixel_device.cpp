@@ -60,9 +60,11 @@ bool DynamixelDevice::write(std::int64_t now_ns, const Wrench& wrench_d) {
 }
 
 bool DynamixelDevice::release(std::int64_t now_ns) {
-  const bool had_wrench = !felt_d_.force_w.isZero() || !felt_d_.torque_w.isZero();
+  const bool had_wrench = wrote_felt_ || !felt_d_.force_w.isZero() || !felt_d_.torque_w.isZero();
   felt_d_ = {};
-  if (phase_ != Phase::kRunning || settings_.pose_only) return true;  // all goals are zero
+  if (settings_.pose_only) return true;
+  if (phase_ == Phase::kSetup) return setup_step_ > 0;  // zero goals went out with the first step
+  if (phase_ != Phase::kRunning) return true;           // all goals are zero
   zero_to_be_written_ = zero_to_be_written_ || had_wrench;
   step(now_ns);
   if (zero_to_be_written_ && query_ == Query::kNone) start(Query::kPose, now_ns);
@@ -259,8 +261,10 @@ void DynamixelDevice::move_shares(std::int64_t now_ns) noexcept {
 
 void DynamixelDevice::add_goals(std::int64_t now_ns) noexcept {
   torques_nm_ = {};
+  wrote_felt_ = false;
   if (phase_ == Phase::kRunning) {
     move_shares(now_ns);
+    wrote_felt_ = !felt_d_.force_w.isZero() || !felt_d_.torque_w.isZero();
     JointNumbers support = support_torques(settings_.arm.arm.model, place_, angles_rad_, limits_nm_,
                                            settings_.gravity_share);
     for (double& torque : support) torque *= support_share_;

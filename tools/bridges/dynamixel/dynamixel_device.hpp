@@ -141,6 +141,7 @@ class DynamixelDevice final : public hal::BridgedDevice {
   bool trigger_pulled_ = false;
   Wrench felt_d_;
   /// After `release` until a cycle with no wrench has been written and answered.
+  bool wrote_felt_ = false;  ///< the last goals had a share of a wrench
   bool zero_to_be_written_ = false, zero_unanswered_ = false;
   bool is_driven_ = false;  ///< the host has had the drives on since `open`
   bool is_closing_ = false;

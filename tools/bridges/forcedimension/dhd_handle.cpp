@@ -92,10 +92,11 @@ int DhdHandle::send(const Wrench& wrench_d) noexcept {
                            static_cast<double>(t.y()), static_cast<double>(t.z()), 0.0, id_);
 }
 
-/// Zero stands in the device before its force is switched, either way.
+/// Zero stands in the device before its force is switched, either way; one that does not take it is
+/// switched off all the same.
 VendorResult DhdHandle::enable(bool force) noexcept {
   const VendorResult zero = counted(send(Wrench{}), force_failures_);
-  if (zero != VendorResult::kDone) return zero;
+  if (force && zero != VendorResult::kDone) return zero;
   const VendorResult switched = counted(calls_.enable_force(force ? 1 : 0, id_), force_failures_);
   if (switched != VendorResult::kDone) return switched;
   has_force_ = force;

@@ -35,7 +35,7 @@ export class Keys implements HandInput {
   /** Whether the key is one of these. */
   key(event: KeyboardEvent, isDown: boolean): boolean {
     if (!(event.code in kMoves) && !(event.code in kTurns)) return false;
-    if (event.ctrlKey || event.metaKey || event.altKey) return false;
+    if (isDown && (event.ctrlKey || event.metaKey || event.altKey)) return false;
     if (isDown) {
       this.down.add(event.code);
       this.tapped.add(event.code);
