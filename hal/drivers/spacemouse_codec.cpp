@@ -31,7 +31,8 @@ constexpr SpaceMouseModel kModels[] = {
     {k3DconnexionId, 0xc638, "SpaceMouse Pro Wireless BT", true, kCurrentAxes, 0},
     {k3DconnexionId, 0xc63a, "SpaceMouse Wireless BT", true, kCurrentAxes, 0},
     // Five interfaces, of which the device's own has its reports: a Pro Wireless is on the first, a
-    // SpaceMouse Wireless on the second, and is not heard here (PySpaceMouse, issue 49).
+    // SpaceMouse Wireless on the second, and is not heard here
+    // (github.com/JakubAndrysek/PySpaceMouse/issues/49).
     {k3DconnexionId, 0xc652, "Universal Receiver with a SpaceMouse Pro Wireless", true,
      kCurrentAxes, 0}};
 

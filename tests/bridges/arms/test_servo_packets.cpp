@@ -74,7 +74,7 @@ TEST_SUITE("bridges.servo_packets") {
       feed(input, wrong);
       DynamixelStatus status;
       CHECK(input.next(status) != DynamixelRead::kStatus);
-      feed(input, Bytes(300));  // whatever it waited for has come
+      feed(input, Bytes(300));  // the bytes that it waited for have come
       feed(input, right);
       DynamixelRead got = input.next(status);
       while (got == DynamixelRead::kWrongCheck) got = input.next(status);

@@ -191,7 +191,7 @@ void HaplySession::take_state(const HaplyState& state) {
 }
 
 void HaplySession::say_goodbye() {
-  // Behind whatever is in flight: a service that stalls reads this next.
+  // Behind the message in flight: a service that stalls reads this next.
   const double zero[3] = {0, 0, 0};
   write_haply_force(format_, choice_.device, zero, false, out_);
   const std::int64_t until_ns = hal::monotonic_ns() + kGoodbye_ns;

@@ -27,7 +27,7 @@ class VendorHandle {
   virtual ~VendorHandle() = default;
   /// Fills `sample` but for its time; on kRefused what it has filled is thrown away.
   [[nodiscard]] virtual VendorResult sense(hal::BridgeSample& sample) noexcept = 0;
-  /// Drives on: exerts `wrench_d`. Off: no force, whatever it was before.
+  /// Drives on: exerts `wrench_d`. Off: no force, also where it was on before.
   [[nodiscard]] virtual VendorResult exert(bool drives, const Wrench& wrench_d) noexcept = 0;
 };
 
