@@ -82,20 +82,26 @@ static int is_newer(uint32_t sequence, uint32_t last) {
   return ahead != 0 && ahead < 0x80000000u;
 }
 
-/* `v` without the axes that are not driven, shortened as a whole to `limit`. Each component is
- * rounded towards zero, after the norm was rounded up: the result is never beyond the limit, and
- * within 2 units of the exact one on each axis. 3 * 2^62 is the largest square: 64 bits hold it. */
-static void shorten(int32_t out[3], const uint8_t* bytes, uint32_t driven, uint32_t limit) {
+/* `v` shortened as a whole to `limit`. Each component is rounded towards zero, after the norm was
+ * rounded up: the result is never beyond the limit, and within 2 units of the exact one on each
+ * axis. 3 * 2^62 is the largest square: 64 bits hold it. */
+static void shorten(int32_t out[3], const int32_t v[3], uint32_t limit) {
   uint64_t square = 0;
   int k;
   for (k = 0; k < 3; ++k) {
-    out[k] = (driven >> k & 1u) != 0 ? signed_of(get32(bytes + 4 * k)) : 0;
-    square += magnitude(out[k]) * magnitude(out[k]);
+    out[k] = v[k];
+    square += magnitude(v[k]) * magnitude(v[k]);
   }
   if (square > (uint64_t)limit * limit) {
     const uint64_t norm = (uint64_t)root_of(square) + 1;
-    for (k = 0; k < 3; ++k) out[k] = with_sign_of(out[k], magnitude(out[k]) * limit / norm);
+    for (k = 0; k < 3; ++k) out[k] = with_sign_of(v[k], magnitude(v[k]) * limit / norm);
   }
+}
+
+/* Three numbers of a command, without the axes that are not driven. */
+static void get_driven(int32_t out[3], const uint8_t* bytes, uint32_t driven) {
+  int k;
+  for (k = 0; k < 3; ++k) out[k] = (driven >> k & 1u) != 0 ? signed_of(get32(bytes + 4 * k)) : 0;
 }
 
 /* State. */
@@ -103,7 +109,44 @@ static void shorten(int32_t out[3], const uint8_t* bytes, uint32_t driven, uint3
 static void drives_off(struct haptic_device* device) {
   int k;
   device->drive.is_on = 0;
-  for (k = 0; k < 3; ++k) device->drive.force[k] = device->drive.torque[k] = 0;
+  device->slewed_us = 0;
+  for (k = 0; k < 3; ++k) {
+    device->drive.force[k] = device->drive.torque[k] = 0;
+    device->asked_force[k] = device->asked_torque[k] = 0;
+  }
+}
+
+/* Largest force or torque that the motors may have by now: from zero when the drives go on it grows
+ * at the stated rate, or to all of it in half of the watchdog's time where none is stated. `units`:
+ * microseconds in which a rate of 1 is 1 unit. */
+static uint32_t slewed_limit(const struct haptic_device* device, uint32_t limit, uint32_t rate,
+                             uint32_t units) {
+  const uint32_t watchdog_ms = device->facts.watchdog_ms;
+  const uint64_t grown = rate != 0 ? (uint64_t)rate * device->slewed_us / units
+                                   : (uint64_t)limit * device->slewed_us /
+                                         (watchdog_ms != 0 ? 500u * watchdog_ms : 1u);
+  return grown < limit ? (uint32_t)grown : limit;
+}
+static uint32_t force_limit(const struct haptic_device* device) {
+  const struct haptic_facts* facts = &device->facts;
+  return slewed_limit(device, facts->max_force, facts->max_force_rate_mn_per_s, 10000u);
+}
+static uint32_t torque_limit(const struct haptic_device* device) {
+  const struct haptic_facts* facts = &device->facts;
+  return slewed_limit(device, facts->max_torque, facts->max_torque_rate_mnm_per_s, 100u);
+}
+
+/* The motors get what was asked for, within what they may have by now. */
+static void exert(struct haptic_device* device) {
+  shorten(device->drive.force, device->asked_force, force_limit(device));
+  shorten(device->drive.torque, device->asked_torque, torque_limit(device));
+}
+
+/* A period has passed with the drives on. */
+static void slew(struct haptic_device* device) {
+  if (!device->drive.is_on) return;
+  if (device->slewed_us < 0x80000000u) device->slewed_us += device->facts.report_period_us;
+  exert(device);
 }
 
 void haptic_device_begin(struct haptic_device* device, const struct haptic_facts* facts) {
@@ -240,6 +283,7 @@ size_t haptic_device_period(struct haptic_device* device, const struct haptic_sa
   const size_t needed = device->facts.is_short ? HAPTIC_SHORT_REPORT_BYTES : HAPTIC_REPORT_BYTES;
   size_t written = 0;
   take(device, sample);
+  slew(device);
   if (size >= needed) {
     written = device->facts.is_short ? put_short_report(device, sample, report)
                                      : put_report(device, sample, report);
@@ -280,10 +324,10 @@ int32_t haptic_device_command(struct haptic_device* device, const uint8_t* bytes
     device->is_fresh = device->is_cut = 0;
     device->is_stopped = device->stop_is_pressed;
   } else if (may_drive(device)) {
-    const struct haptic_facts* facts = &device->facts;
-    shorten(device->drive.force, bytes + 12, facts->driven_dof, facts->max_force);
-    shorten(device->drive.torque, bytes + 24, (uint32_t)facts->driven_dof >> 3, facts->max_torque);
+    get_driven(device->asked_force, bytes + 12, device->facts.driven_dof);
+    get_driven(device->asked_torque, bytes + 24, (uint32_t)device->facts.driven_dof >> 3);
     device->drive.is_on = 1;
+    exert(device);
   }
   return 1;
 }

@@ -78,6 +78,8 @@ struct haptic_drive {
 struct haptic_device {
   struct haptic_facts facts;
   struct haptic_drive drive;
+  int32_t asked_force[3], asked_torque[3];
+  uint32_t slewed_us; /**< since the drives went on */
   uint64_t fed_us;
   uint32_t sequence, accepted, tick, rejected, faults;
   uint8_t is_fresh, is_cut, is_stopped, stop_is_pressed, is_calibrated, was_calibrated, is_fatal,
@@ -100,7 +102,9 @@ size_t haptic_device_period(struct haptic_device* device, const struct haptic_sa
 
 /** A packet at the command's endpoint, at `now_us` of the sample's clock. Force and torque are each
  * shortened as a whole to the facts' limits, rounded towards zero, within 2 units of the exact
- * component; axes that are not driven get 0. @return 1: accepted, 0: it is counted as rejected and
+ * component; axes that are not driven get 0. When the drives go on the limits are zero, and grow
+ * with each period at the facts' rates (0: to all of it in half of the watchdog's time): no command
+ * is a step of force, however late it comes. @return 1: accepted, 0: it is counted as rejected and
  * changes nothing else. */
 int32_t haptic_device_command(struct haptic_device* device, const uint8_t* bytes, size_t size,
                               uint64_t now_us);

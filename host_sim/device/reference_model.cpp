@@ -54,6 +54,12 @@ Vector vector_of(const std::array<std::int32_t, 3>& v, double unit) {
   return unit * Vector(v[0], v[1], v[2]);
 }
 
+/// `v` in its direction, no longer than `limit`.
+Vector no_longer(const Vector& v, double limit) {
+  const double length = v.norm();
+  return length > limit ? Vector(v * (limit / length)) : v;
+}
+
 // The one of the two quaternions of an orientation that has w >= 0: equal orientations, equal
 // bytes.
 std::array<std::int32_t, 4> quaternion_units(const Rotation& q) {
@@ -93,7 +99,8 @@ void ReferenceModel::power_up() {
 
 void ReferenceModel::drives_off() {
   on_ = false;
-  wrench_ = {};
+  wrench_ = asked_ = {};
+  on_periods_ = 0;
   device_.drop_wrenches();
 }
 
@@ -109,13 +116,33 @@ bool ReferenceModel::may_drive() const {
   return !fresh_ && !cut_ && !stopped_ && (faults_ & kNoDrives) == 0;
 }
 
+/// The power stage begins at zero; from then on a limit that grows period by period, until it is
+/// the device's own, shortens what is asked for.
+void ReferenceModel::exert() {
+  const double on_s = static_cast<double>(on_periods_) / settings_.report_rate_hz;
+  const double share = on_s / (0.5e-9 * static_cast<double>(settings_.watchdog_ns));
+  const auto grown = [&](double limit, double rate) {
+    return rate > 0 ? rate * on_s : limit * share;
+  };
+  const DeviceModel model = device_with(settings_);
+  const double force_n = grown(model.max_force_n, settings_.max_force_rate_n_per_s);
+  const double torque_nm = grown(model.max_torque_nm, settings_.max_torque_rate_nm_per_s);
+  wrench_ = asked_;
+  if (force_n < model.max_force_n) wrench_.force_w = no_longer(asked_.force_w, force_n);
+  if (torque_nm < model.max_torque_nm) wrench_.torque_w = no_longer(asked_.torque_w, torque_nm);
+}
+
 void ReferenceModel::advance() {
   ++periods_;
   const HandAction next = hand_(time_s());
   acting_ = device_.advance(on_ ? wrench_ : Load{}, {action_.target, next.target});
   action_ = next;
   ++sequence_;
-  if (!on_ || time_ns() - fed_ns_ < settings_.watchdog_ns) return;
+  if (!on_) return;
+  if (time_ns() - fed_ns_ < settings_.watchdog_ns) {
+    ++on_periods_;
+    return exert();
+  }
   cut_ = true;
   ++cuts_;
   drives_off();
@@ -172,9 +199,10 @@ bool ReferenceModel::command(std::span<const std::uint8_t> bytes) {
     fresh_ = cut_ = false;
     stopped_ = stop_pressed_;
   } else if (may_drive()) {
-    wrench_ = {vector_of(c.force, hal::kReferenceForceUnit_n),
-               vector_of(c.torque, hal::kReferenceTorqueUnit_nm)};
+    asked_ = {vector_of(c.force, hal::kReferenceForceUnit_n),
+              vector_of(c.torque, hal::kReferenceTorqueUnit_nm)};
     on_ = true;
+    exert();
   }
   return true;
 }

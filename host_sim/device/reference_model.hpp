@@ -31,7 +31,8 @@ struct ReferenceModelSettings {
   std::int64_t watchdog_ns = 20'000'000;  ///< without an accepted command, then drives off
   double encoder_step_m = 1.0e-6, encoder_step_rad = 1.0e-5;
   double max_force_n = 12, max_torque_nm = 0.3;
-  double max_force_rate_n_per_s = 2000, max_torque_rate_nm_per_s = 40;  ///< stated, not enforced
+  /// Stated; the device's own limits grow at them when the drives go on. 0: not stated.
+  double max_force_rate_n_per_s = 2000, max_torque_rate_nm_per_s = 40;
   bool twist_sensed = true;  ///< else velocities are sent as zero and not valid
 };
 
@@ -72,7 +73,8 @@ class ReferenceModel {
   [[nodiscard]] const DeviceState& state() const { return device_.state(); }
   /// Wrench on the handle in the last period.
   [[nodiscard]] const Load& acting() const { return acting_; }
-  /// Wrench of the last command accepted; zero while the drives are off.
+  /// Wrench of the last command accepted, as far as the drives give it since they went on; zero
+  /// while they are off.
   [[nodiscard]] const Load& handed() const { return wrench_; }
   /// Work of the wrenches on the device so far [J].
   [[nodiscard]] double delivered_j() const { return device_.delivered_j(); }
@@ -99,6 +101,7 @@ class ReferenceModel {
 
  private:
   [[nodiscard]] bool may_drive() const;
+  void exert();
   [[nodiscard]] std::int64_t time_ns() const;
 
   ReferenceModelSettings settings_;
@@ -108,7 +111,8 @@ class ReferenceModel {
   HandAction action_;
   std::uint64_t periods_ = 0;
   Vector jump_m_ = Vector::Zero();
-  Load wrench_, acting_;  ///< accepted; on the handle in the last period
+  Load asked_, wrench_, acting_;  ///< accepted; of it, given now; on the handle in the last period
+  std::uint64_t on_periods_ = 0;  ///< since the drives went on
   bool on_ = false, cut_ = false, stop_pressed_ = false, stopped_ = false;
   bool fresh_ = true;  ///< no command without the drives' bit since power-up
   std::int64_t fed_ns_ = 0;

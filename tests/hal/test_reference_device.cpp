@@ -3,6 +3,7 @@
 /// mechanics, by the host's codec and by the bytes of the document.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <initializer_list>
@@ -163,6 +164,8 @@ TEST_SUITE("hal.reference_device") {
     CHECK(report == bytes_in("hex report"));
 
     REQUIRE(bench.packet(bytes_in("hex command")));
+    s.time_us += 1000;  // the drives have been on for two periods
+    REQUIRE(haptic_device_period(&bench.device, &s, report.data(), report.size()) == 96);
     const std::int32_t force[] = {150'000, -25'000, 300'000}, torque[] = {100'000, 0, -200'000};
     for (int k = 0; k < 3; ++k) {
       CHECK(bench.drive().force[k] == force[k]);
@@ -290,8 +293,8 @@ TEST_SUITE("hal.reference_device") {
     CHECK(again.is_off());
     CHECK(again.command(false));
     CHECK(again.command(true, {1, 0, 0}));
-    CHECK(again.drive().force[0] == 1);
     CHECK((again.period().status & kReferenceDrivesOn) != 0);
+    CHECK(again.drive().force[0] == 1);
   }
 
   TEST_CASE(
@@ -319,6 +322,7 @@ TEST_SUITE("hal.reference_device") {
       CHECK(report.status == (kReferenceCalibrated | kReferenceTwistValid));
       CHECK(report.faults == 0);
       CHECK(bench.command(true, {1, 0, 0}));
+      bench.period();
       CHECK(bench.drive().force[0] == 1);
     }
   }
@@ -422,12 +426,14 @@ TEST_SUITE("hal.reference_device") {
       facts.driven_dof = static_cast<std::uint8_t>(engine() & 0x3f);
       facts.max_force = static_cast<std::uint32_t>(engine() >> (32 + engine() % 32));
       facts.max_torque = static_cast<std::uint32_t>(engine() >> (32 + engine() % 32));
+      facts.max_force_rate_mn_per_s = facts.max_torque_rate_mnm_per_s = 0;
       FirmwareBench bench(facts);
       bench.period();
       const std::array<std::int32_t, 3> force = {number(), number(), number()};
       const std::array<std::int32_t, 3> torque = {number(), number(), number()};
       bench.packet(command_bytes(1, false));
       bench.packet(command_bytes(2, true, force, torque));
+      for (int k = 0; k < 10; ++k) bench.period();  // half of the watchdog's time: all of it
       const haptic_drive& drive = bench.drive();
       cut += drive.force[0] != force[0] ? 1 : 0;
       if (drive.is_on != 1 ||
@@ -442,5 +448,74 @@ TEST_SUITE("hal.reference_device") {
     const std::int32_t turned[3] = {707, 704, 0}, longer[3] = {601, 601, 601};
     CHECK_FALSE(is_shortened({100'000, 100'000, 0}, turned, 7, 1000));
     CHECK_FALSE(is_shortened({1000, 1000, 1000}, longer, 7, 1040));
+  }
+
+  TEST_CASE("drives on: after each way back a push begins at zero and grows at the stated rate") {
+    // 12 N, 0.3 N m; where no rate is stated all of it in 10 ms.
+    constexpr std::int32_t kForceStep = 200'000, kTorqueStep = 400'000;
+    constexpr std::int32_t kForceShare = 120'000, kTorqueShare = 300'000;
+    const auto goes_off = [](FirmwareBench& bench, int way) {
+      haptic_sample& s = bench.sample;
+      if (way == 1) haptic_device_bus_event(&bench.device);
+      s.stop_is_pressed = way == 2;
+      s.is_fatal = way == 3;
+      s.is_calibrated = way != 4;
+      for (int k = 0; k < (way == 5 ? 25 : 1); ++k) bench.period();
+      s.stop_is_pressed = s.is_fatal = 0;
+      s.is_calibrated = 1;
+      bench.period();
+    };
+    for (const bool is_stated : {true, false}) {
+      for (int way = 0; way <= 6; ++way) {  // 0: power-up, 6: by the host
+        CAPTURE(is_stated);
+        CAPTURE(way);
+        haptic_facts facts = example_facts();
+        if (!is_stated) facts.max_force_rate_mn_per_s = facts.max_torque_rate_mnm_per_s = 0;
+        FirmwareBench bench(facts);
+        bench.period();
+        if (way > 0) {
+          bench.push();
+          for (int k = 0; k < 15; ++k) {
+            CHECK(bench.command(true, {1'000'000, 0, 0}));
+            bench.period();
+          }
+          CHECK(bench.drive().force[0] == 1'000'000);
+          goes_off(bench, way);
+          if (way != 6) CHECK(bench.is_off());
+        }
+        // A bus event, a fault and lost calibration need no word of the host.
+        const bool comes_back = way == 1 || way == 3 || way == 4;
+        if (!comes_back) CHECK(bench.command(false));
+        CHECK(bench.is_off());
+        const std::int32_t force = is_stated ? kForceStep : kForceShare;
+        const std::int32_t torque = is_stated ? kTorqueStep : kTorqueShare;
+        for (std::int32_t k = 0; k < 14; ++k) {
+          const Bytes pushes =
+              command_bytes(++bench.sequence, true, {0, -1'000'000, 0}, {0, 0, 2'500'000});
+          CHECK(bench.packet(pushes));
+          const std::int32_t most = std::min(k * force, 1'000'000);
+          CHECK(bench.drive().force[1] >= -most);
+          CHECK(bench.drive().force[1] <= -most + 2);
+          CHECK(bench.drive().torque[2] <= std::min(k * torque, 2'500'000));
+          CHECK(bench.drive().torque[2] >= std::min(k * torque, 2'500'000) - 2);
+          bench.period();
+        }
+        CHECK(bench.drive().force[1] == -1'000'000);
+        CHECK(bench.drive().torque[2] == 2'500'000);
+      }
+    }
+  }
+
+  TEST_CASE("drives on: a push that ends while the drives begin ends at once") {
+    FirmwareBench bench;
+    bench.period();
+    bench.push();
+    for (int k = 0; k < 2; ++k) bench.period();
+    CHECK(bench.drive().force[1] == -200'000);
+    CHECK(bench.command(true));
+    CHECK(bench.drive().is_on == 1);
+    CHECK(bench.drive().force[1] == 0);
+    bench.period();
+    CHECK(bench.drive().force[1] == 0);
   }
 }

@@ -21,13 +21,14 @@ namespace {
 /// Rules that a firmware may break.
 enum class BrokenRule {
   kNone,
-  kFedByRefused,     ///< rejected commands feed the watchdog
-  kCutForgotten,     ///< a command with bit 0 set acknowledges the cut
-  kStopForgotten,    ///< the emergency stop ends with its input
-  kBornReady,        ///< no command with bit 0 clear is needed after power-up
-  kReplay,           ///< a sequence is accepted twice
-  kNotCounted,       ///< rejected commands are not counted
-  kBusGoesUnnoticed  ///< a bus reset leaves the drives on
+  kFedByRefused,      ///< rejected commands feed the watchdog
+  kCutForgotten,      ///< a command with bit 0 set acknowledges the cut
+  kStopForgotten,     ///< the emergency stop ends with its input
+  kBornReady,         ///< no command with bit 0 clear is needed after power-up
+  kReplay,            ///< a sequence is accepted twice
+  kNotCounted,        ///< rejected commands are not counted
+  kBusGoesUnnoticed,  ///< a bus reset leaves the drives on
+  kPushAtOnce         ///< drives that go on give at once what is asked for
 };
 
 /// Both devices, moved together.
@@ -164,6 +165,7 @@ class FirmwarePair {
     if (broken_ == BrokenRule::kCutForgotten && c.drives_on) device_.is_cut = 0;
     if (broken_ == BrokenRule::kReplay && c.sequence == device_.accepted) --device_.accepted;
     const bool got = haptic_device_command(&device_, bytes.data(), bytes.size(), now_us_) == 1;
+    if (broken_ == BrokenRule::kPushAtOnce && got) device_.slewed_us = 1'000'000;
     if (broken_ == BrokenRule::kFedByRefused && !got) device_.fed_us = now_us_;
     if (broken_ == BrokenRule::kNotCounted && !got) device_.rejected = before.rejected;
     return got == expected && same_drive();
@@ -224,7 +226,7 @@ TEST_SUITE("host_sim.reference_firmware") {
     for (const BrokenRule rule :
          {BrokenRule::kFedByRefused, BrokenRule::kCutForgotten, BrokenRule::kStopForgotten,
           BrokenRule::kBornReady, BrokenRule::kReplay, BrokenRule::kNotCounted,
-          BrokenRule::kBusGoesUnnoticed}) {
+          BrokenRule::kBusGoesUnnoticed, BrokenRule::kPushAtOnce}) {
       CAPTURE(static_cast<int>(rule));
       constexpr int kSteps = 20'000;
       FirmwarePair pair(rule, kFirmwareSeed);

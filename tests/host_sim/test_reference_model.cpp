@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -95,6 +96,13 @@ void wake(ReferenceModel& model) {
   REQUIRE(model.command(push(0xfffffffeu, {0, 0, 0}, false)));
 }
 
+/// And the drives have been on for so long that they give all that is asked for.
+void drive(ReferenceModel& model) {
+  wake(model);
+  REQUIRE(model.command(push(0xffffffffu, {0, 0, 0})));
+  for (int k = 0; k < 10; ++k) model.advance();
+}
+
 hal::ReferenceReport read(const ReferenceModel& model) {
   hal::ReferenceReport report;
   REQUIRE(hal::decode(model.report(), report) == hal::CodecVerdict::kOk);
@@ -168,7 +176,7 @@ TEST_SUITE("host_sim.reference_model") {
 
   TEST_CASE("command: acts in the next period, to the unit, and is confirmed") {
     ReferenceModel model({}, still);
-    wake(model);
+    drive(model);
     model.advance();
     CHECK(model.command(push(1, {123456, -7, 40000})));
     model.advance();
@@ -189,7 +197,7 @@ TEST_SUITE("host_sim.reference_model") {
 
   TEST_CASE("command: beyond the limits it is shortened and not turned") {
     ReferenceModel model({}, still);
-    wake(model);
+    drive(model);
     hal::ReferenceCommand command;
     command.drives_on = true;
     command.sequence = 1;
@@ -203,7 +211,7 @@ TEST_SUITE("host_sim.reference_model") {
 
   TEST_CASE("command: every flipped bit, wrong lengths and replays are rejected and counted") {
     ReferenceModel model({}, still);
-    wake(model);
+    drive(model);
     model.advance();
     REQUIRE(model.command(push(10, {100, 0, 0})));
     std::uint32_t rejected = 0;
@@ -242,7 +250,7 @@ TEST_SUITE("host_sim.reference_model") {
     ReferenceModelSettings settings;
     settings.device.delay_samples = 3;
     ReferenceModel model(settings, still);
-    wake(model);
+    drive(model);
     REQUIRE(model.command(push(1, {100000, 0, 0})));
     for (int k = 1; k <= 19; ++k) {
       static_cast<void>(model.command(push(1, {900000, 0, 0})));  // rejected: does not feed it
@@ -265,7 +273,7 @@ TEST_SUITE("host_sim.reference_model") {
     }
     CHECK(model.command(push(30, {0, 0, 0}, false)));
     CHECK(model.command(push(31, {100000, 0, 0})));
-    for (int k = 0; k < 4; ++k) model.advance();
+    for (int k = 0; k < 5; ++k) model.advance();
     CHECK(model.acting().force_w.x() == doctest::Approx(1.0));
     r = read(model);
     CHECK((r.status & hal::kReferenceWatchdogCut) == 0);
@@ -309,6 +317,27 @@ TEST_SUITE("host_sim.reference_model") {
     CHECK_FALSE(model.drives_on());
   }
 
+  TEST_CASE("drives on: what is asked for first begins at zero and grows at the stated rate") {
+    for (const double rate_n_per_s : {2000.0, 0.0}) {  // 0: not stated, all 12 N in 10 ms
+      ReferenceModelSettings settings;
+      settings.max_force_rate_n_per_s = rate_n_per_s;
+      ReferenceModel model(settings, still);
+      wake(model);
+      const double step_n = rate_n_per_s > 0 ? 2.0 : 1.2;
+      for (std::uint32_t k = 0; k < 12; ++k) {
+        REQUIRE(model.command(push(k + 1, {0, 1'000'000, 0})));
+        CHECK(model.handed().force_w.y() == doctest::Approx(std::min(10.0, k * step_n)));
+        model.advance();
+      }
+      REQUIRE(model.command(push(20, {0, 500'000, 0})));
+      CHECK(model.handed().force_w.y() == doctest::Approx(5.0));
+      model.drives_off();  // a bus reset, which needs no word of the host
+      REQUIRE(model.command(push(21, {0, 500'000, 0})));
+      CHECK(model.drives_on());
+      CHECK(model.handed().force_w.norm() == 0);
+    }
+  }
+
   TEST_CASE("power-up: counters from 0; a jump of the encoders lasts until then") {
     ReferenceModel model({}, still);
     REQUIRE(model.command(push(77, {1000, 0, 0})));
@@ -332,7 +361,7 @@ TEST_SUITE("host_sim.reference_model") {
       ReferenceModelSettings settings;
       settings.device.delay_samples = delay;
       ReferenceModel model(settings, still);
-      wake(model);
+      drive(model);
       for (std::uint32_t k = 1; k <= 12; ++k) {
         REQUIRE(model.command(push(k, {static_cast<std::int32_t>(k) * 1000, 0, 0})));
         model.advance();
