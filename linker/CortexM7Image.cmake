@@ -19,7 +19,7 @@ if(NOT HAPTIC_GRAPH_COMPILER)
     "cmake --build --preset ${host_build} --target graph_compiler) or give -DHAPTIC_GRAPH_COMPILER=<program>")
 endif()
 
-add_library(haptic_cortex_m7 OBJECT ${haptic_linker_dir}/cortex_m7_image.cpp ${haptic_linker_dir}/cortex_m7_start.cpp
+add_library(haptic_cortex_m7 OBJECT ${haptic_linker_dir}/cortex_m7_image.cpp ${haptic_linker_dir}/cortex_m_start.cpp
   ${haptic_linker_dir}/pose_drive.cpp ${haptic_linker_dir}/semihosting.cpp)
 target_link_libraries(haptic_cortex_m7 PUBLIC haptic::rt_core PRIVATE haptic_warnings)
 target_include_directories(haptic_cortex_m7 PRIVATE ${PROJECT_SOURCE_DIR})

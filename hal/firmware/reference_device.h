@@ -7,7 +7,7 @@
  * protocol, in the byte order of the processor.
  *
  * Owner: one context at a time. Where the bus interrupts the period, one of them runs above the
- * other, or both mask interrupts for the call: each is a few microseconds at 48 MHz.
+ * other, or both mask interrupts for the call: README.md says how long each takes.
  */
 #include <stddef.h>
 #include <stdint.h>

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Rule: the core's archive needs four functions of the C library and keeps nothing writable of its own.
-# cmake -DARCHIVE=<librt_core.a> -DNM=<nm> -DOBJDUMP=<objdump> [-DBESIDE=<archive that it may call>] -P archive_symbols.cmake
+# cmake -DARCHIVE=<librt_core.a> -DNM=<nm> -DOBJDUMP=<objdump> [-DBESIDE=<archive that it may call>] [-DARM_INTEGERS=ON]
+#       -P archive_symbols.cmake
 # Every heap, exception, lock or libm call of compiled code is an undefined symbol of some member; a symbol that another
 # member defines is the core calling itself.
 cmake_minimum_required(VERSION 3.25)
@@ -12,6 +13,11 @@ endif()
 set(allowed memcpy memmove memset memcmp)
 # Where the linker finds its own table in position independent code; it is no call.
 list(APPEND allowed _GLOBAL_OFFSET_TABLE_)
+# A small Arm processor multiplies, divides and shifts 64 bits by functions of the compiler's own library.
+if(ARM_INTEGERS)
+  list(APPEND allowed __aeabi_lmul __aeabi_uldivmod __aeabi_ldivmod __aeabi_uidiv __aeabi_idiv __aeabi_uidivmod
+    __aeabi_idivmod __aeabi_llsl __aeabi_llsr __aeabi_lasr __aeabi_lcmp __aeabi_ulcmp)
+endif()
 
 function(run_tool out)
   execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE text ERROR_VARIABLE errors RESULT_VARIABLE code)
@@ -34,6 +40,8 @@ function(kind_of out symbol)
     set(kind "exception or run-time type")
   elseif(symbol MATCHES "^(sin|cos|tan|asin|acos|atan|atan2|sincos|exp|exp2|expm1|log|log2|log10|log1p|pow|hypot|sqrt|cbrt|fmod|remainder|floor|ceil|round|trunc|rint|nearbyint|lround|llround|fma|ldexp|frexp|modf|sinh|cosh|tanh|erf|tgamma|lgamma)[fl]?$")
     set(kind "libm")
+  elseif(symbol MATCHES "^__aeabi_(f|d|cf|cd|u?i2|u?l2)|^__[a-z]+[sd]f[a-z]*[0-9]?$")
+    set(kind "floating point")
   else()
     set(kind "from outside the core")
   endif()

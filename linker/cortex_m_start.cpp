@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a Cortex-M7 needs before C++: vectors at address 0, the floating point unit switched on and
-// in its default mode, zeroed variables. There is nothing to copy: cortex_m7.ld refuses initialised
-// writable data, and whoever loads the image puts the code where it runs. Memory protection and
-// caches are the board's own; an emulator has none.
+// Start of a Cortex-M before C++: vectors at address 0, the floating point unit, if the code is
+// compiled for one, switched on and in its default mode, zeroed variables. There is nothing to
+// copy: the linker scripts refuse initialised writable data, and who loads the image puts the code
+// where it runs. Memory protection and caches are the board's own; an emulator has none.
 
 #include <cstdint>
 
 #include "linker/semihosting.hpp"
 
 extern "C" {
-extern std::uint32_t haptic_zero_begin[];  // cortex_m7.ld
+extern std::uint32_t haptic_zero_begin[];  // of the linker script
 extern std::uint32_t haptic_zero_end[];
 
-/// cortex_m7_image.cpp
+/// The image's own.
 [[noreturn]] void image_main() noexcept;
 
 [[noreturn, gnu::used]] void start_image() noexcept {
@@ -46,6 +46,9 @@ haptic_vectors:
     .type _start, %function
     .thumb_func
 _start:
+)"
+#ifdef __ARM_FP
+    R"(
     ldr r0, =0xE000ED88      @ CPACR: full access to the floating point unit
     ldr r1, [r0]
     orr r1, r1, #0x00F00000
@@ -54,6 +57,9 @@ _start:
     isb
     movs r0, #0              @ round to nearest, subnormals kept, NaN as they come
     vmsr fpscr, r0
+)"
+#endif
+    R"(
     bl start_image
     udf #0
     .ltorg
