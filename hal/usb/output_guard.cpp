@@ -53,6 +53,21 @@ void OutputGuard::limit(const SafetyLimits& connection) noexcept {
   restart();
 }
 
+bool OutputGuard::runs_ahead_of(const Wrench& device_d) const noexcept {
+  constexpr Real kSlack = 1.0e-6_r;  // of what a driver rounds
+  const Real longest_s = longest_step_s(period_of_sends_ns());
+  const auto runs = [longest_s](const Vec3& device, const Vec3& before, const Vec3& now,
+                                Real slew_per_s) {
+    const Real ahead = robust_length(now - device);
+    return ahead > slew_per_s * longest_s * (1 + kSlack) + kSlack &&
+           ahead > robust_length(before - device);
+  };
+  const Wrench& now_d = output_.sent_d;
+  const Wrench& before_d = before_.sent_d;
+  return runs(device_d.force_w, before_d.force_w, now_d.force_w, limits_.slew_n_per_s) ||
+         runs(device_d.torque_w, before_d.torque_w, now_d.torque_w, limits_.slew_nm_per_s);
+}
+
 void OutputGuard::latch(std::uint32_t faults) noexcept {
   faults_ |= faults;
   blocked_ = true;

@@ -50,6 +50,11 @@ class OutputGuard {
   /// The last output did not reach the device: the next one starts from what was sent before it.
   void not_delivered() noexcept { output_ = before_; }
 
+  /// True: the last output is farther from `device_d`, what the device has by its own word, than
+  /// one output may step, and farther than the output before it. A device that has missed those in
+  /// between would be handed all of it at once.
+  [[nodiscard]] bool runs_ahead_of(const Wrench& device_d) const noexcept;
+
   /// Latches a fault from outside (link lost, servo process ended): ramps to zero. Without a fault:
   /// ramps to zero alone.
   void latch(std::uint32_t faults) noexcept;

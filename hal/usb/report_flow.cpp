@@ -273,13 +273,29 @@ void ReportFlow::drive() noexcept {
     return;
   }
   if (zero_delivered_) return release();
-  const GuardedOutput output = guard_.update(now, command_);
+  GuardedOutput output = guard_.update(now, command_);
+  wait_for_device(now, output);
   faults_.raise(output.faults & ~guard_faults_);
   guard_faults_ = output.faults;
   faults_.set_present(kLinkStaleCommand, (output.present & kLinkStaleCommand) != 0);
   if (output.held) count_one(counters_.guard_held);
   if (!send(now, output)) guard_.not_delivered();
   publish_changes();
+}
+
+// A device that was late, or deaf for some reports, takes the newest command alone: what was sent
+// since the one that it has must not be more than one allowed step from it. Where it says nothing
+// of late, or has said for too long that it hears nothing, the output goes on without it.
+void ReportFlow::wait_for_device(std::int64_t now_ns, GuardedOutput& output) noexcept {
+  constexpr std::uint32_t kBeyond = kLinkDeaf | kLinkSendFailed | kLinkFrozen | kLinkCorrupt;
+  const Wrench* const device_d = sent_.accepted();
+  const std::int64_t longest_ns = std::max(period_ns_, stated_.report_period_ns) *
+                                  (1 + std::int64_t{settings_.limits.lost_periods});
+  if (device_d == nullptr || (faults_.present() & kBeyond) != 0 ||
+      now_ns - state_.stamp_ns > longest_ns || !guard_.runs_ahead_of(*device_d))
+    return;
+  guard_.not_delivered();
+  output.wrench_d = guard_.last();
 }
 
 bool ReportFlow::send(std::int64_t now_ns, const GuardedOutput& output) noexcept {

@@ -89,6 +89,7 @@ class ReportFlow final : public TransferSink {
   void wait_for_answer() noexcept;
   void drive() noexcept;
   void lose_send() noexcept;
+  void wait_for_device(std::int64_t now_ns, GuardedOutput& output) noexcept;
   [[nodiscard]] bool send(std::int64_t now_ns, const GuardedOutput& output) noexcept;
   void follow_servo(std::int64_t now_ns) noexcept;
   void latch_present() noexcept;

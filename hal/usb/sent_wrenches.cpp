@@ -26,7 +26,7 @@ void SentWrenches::sent(const Wrench& wrench_d, const CommandReceipt& receipt) n
     count_ -= 1;
     forgot_ = true;
   }
-  ring_[(first_ + count_++) % kRemembered] = {receipt.sent, last_};
+  ring_[(first_ + count_++) % kRemembered] = {receipt.sent, last_, wrench_d};
   raise(largest_, last_);
 }
 
@@ -39,13 +39,18 @@ void SentWrenches::told(const CommandReceipt& receipt) noexcept {
     bool known = false;
     while (count_ > 0 && !is_newer(ring_[first_].sequence, receipt.accepted)) {
       accepted_ = ring_[first_].wrench;
+      accepted_d_ = ring_[first_].wrench_d;
       known = ring_[first_].sequence == receipt.accepted;
       first_ = (first_ + 1) % kRemembered;
       count_ -= 1;
     }
     // One that is newer than all of ours is the zero command of who holds it; one that is older
     // than what is remembered can have been any of those sent.
-    if (!known && count_ == 0) accepted_ = {};
+    if (!known && count_ == 0) {
+      accepted_ = {};
+      accepted_d_ = {};
+    }
+    is_known_ = known || count_ == 0;
     if (!known && count_ > 0 && forgot_) {
       accepted_ = largest_;
     } else {
@@ -55,7 +60,11 @@ void SentWrenches::told(const CommandReceipt& receipt) noexcept {
         raise(largest_, ring_[(first_ + k) % kRemembered].wrench);
     }
   }
-  if (!receipt.drives_on) accepted_ = {};
+  if (!receipt.drives_on) {
+    accepted_ = {};
+    accepted_d_ = {};
+    is_known_ = true;
+  }
 }
 
 HeldWrench SentWrenches::held() const noexcept {

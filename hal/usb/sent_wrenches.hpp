@@ -26,11 +26,17 @@ class SentWrenches {
   /// Never less than the device has, as long as it applies nothing that it has not accepted. Of a
   /// device that does not say what it accepts: the last sent.
   [[nodiscard]] HeldWrench held() const noexcept;
+  /// The wrench that the device has by its own word, by the newest report; null: it does not say,
+  /// or it is none that is remembered.
+  [[nodiscard]] const Wrench* accepted() const noexcept {
+    return tells_ && is_known_ ? &accepted_d_ : nullptr;
+  }
 
  private:
   struct Sent {
     std::uint32_t sequence = 0;
     HeldWrench wrench;
+    Wrench wrench_d;
   };
   /// Commands that are remembered one by one; of more that are not accepted the largest counts.
   static constexpr std::size_t kRemembered = 64;
@@ -39,6 +45,8 @@ class SentWrenches {
   std::size_t first_ = 0, count_ = 0;
   bool forgot_ = false;  ///< more were sent than are remembered: `largest_` counts them too
   HeldWrench accepted_, largest_, last_;
+  Wrench accepted_d_;
+  bool is_known_ = false;   ///< accepted_d_ is what was accepted last
   std::uint32_t told_ = 0;  ///< sequence accepted last
   bool tells_ = false;      ///< the device says what it accepts
 };

@@ -2,6 +2,7 @@
 #include "tools/bridges/facts_text.hpp"
 
 #include <bit>
+#include <nlohmann/json.hpp>
 
 #include "tools/common/formatted.hpp"
 
@@ -22,23 +23,23 @@ std::string facts_text(const std::string& bridge, const hal::BridgeFacts* facts,
   return text;
 }
 
-nlohmann::ordered_json facts_json(const std::string& bridge, const hal::BridgeFacts* facts,
-                                  const std::string& why) {
+std::string facts_line(const std::string& bridge, const hal::BridgeFacts* facts,
+                       const std::string& why) {
   nlohmann::ordered_json json{{"bridge", bridge}, {"found", facts != nullptr}};
   if (facts == nullptr) {
     json["why"] = why;
-    return json;
+  } else {
+    const hal::DeviceCapabilities& c = facts->capabilities;
+    json.update({{"name", facts->name},
+                 {"words", facts->words},
+                 {"sensed_dof", c.sensed_dof},
+                 {"driven_dof", c.driven_dof},
+                 {"max_force_n", double{c.max_force_n}},
+                 {"max_torque_nm", double{c.max_torque_nm}},
+                 {"max_stiffness_n_per_m", double{c.max_stiffness_n_per_m}},
+                 {"report_period_us", c.report_period_ns / 1000}});
   }
-  const hal::DeviceCapabilities& c = facts->capabilities;
-  json.update({{"name", facts->name},
-               {"words", facts->words},
-               {"sensed_dof", c.sensed_dof},
-               {"driven_dof", c.driven_dof},
-               {"max_force_n", double{c.max_force_n}},
-               {"max_torque_nm", double{c.max_torque_nm}},
-               {"max_stiffness_n_per_m", double{c.max_stiffness_n_per_m}},
-               {"report_period_us", c.report_period_ns / 1000}});
-  return json;
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace haptic::tools

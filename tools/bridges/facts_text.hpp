@@ -2,7 +2,6 @@
 #pragma once
 /// Words of a bridge about its device: to a person, and as a line of JSON.
 
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "hal/bridge/bridged_device.hpp"
@@ -13,11 +12,10 @@ namespace haptic::tools {
 [[nodiscard]] std::string facts_text(const std::string& bridge, const hal::BridgeFacts* facts,
                                      const std::string& why);
 
-/// {"bridge", "found", "name", "words", "why", "sensed_dof", "driven_dof", "max_force_n",
-/// "max_torque_nm", "max_stiffness_n_per_m", "report_period_us"}; numbers of a device that was
-/// found alone.
-[[nodiscard]] nlohmann::ordered_json facts_json(const std::string& bridge,
-                                                const hal::BridgeFacts* facts,
-                                                const std::string& why);
+/// One line of JSON: {"bridge", "found", "name", "words", "why", "sensed_dof", "driven_dof",
+/// "max_force_n", "max_torque_nm", "max_stiffness_n_per_m", "report_period_us"}; numbers of a
+/// device that was found alone. Bytes of a device's name that are no UTF-8 are replaced.
+[[nodiscard]] std::string facts_line(const std::string& bridge, const hal::BridgeFacts* facts,
+                                     const std::string& why);
 
 }  // namespace haptic::tools

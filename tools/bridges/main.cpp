@@ -9,7 +9,6 @@
 #include <atomic>
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -61,7 +60,7 @@ void say(const std::string& line) { std::fprintf(stderr, "device_bridge: %s\n", 
 int probe(hal::BridgedDevice& device, const std::string& name, bool json) {
   std::string why;
   const bool found = device.open(why);
-  const std::string text = json ? facts_json(name, found ? &device.facts() : nullptr, why).dump()
+  const std::string text = json ? facts_line(name, found ? &device.facts() : nullptr, why)
                                 : facts_text(name, found ? &device.facts() : nullptr, why);
   std::printf("%s\n", text.c_str());
   std::fflush(stdout);  // who asked does not wait for the end

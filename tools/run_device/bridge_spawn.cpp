@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "hal/clock/servo_clock.hpp"
@@ -20,14 +19,12 @@
 namespace haptic::tools {
 namespace {
 
-constexpr std::size_t kMostAnswerBytes = 64 * 1024;
-
 /// The last line of what a bridge wrote, until it ended or was told to.
 std::string last_line(const SpawnedBridge& bridge) {
   const std::int64_t until_ns = hal::monotonic_ns() + kLongestProbe_ns;
   std::string text;
   std::array<char, 4096> bytes;
-  while (text.size() < kMostAnswerBytes) {
+  while (text.size() < kMostBridgeAnswer) {
     const std::int64_t left_ms = (until_ns - hal::monotonic_ns()) / 1'000'000;
     pollfd watched{bridge.said, POLLIN, 0};
     if (left_ms <= 0 || poll(&watched, 1, static_cast<int>(left_ms)) <= 0) break;
@@ -37,11 +34,6 @@ std::string last_line(const SpawnedBridge& bridge) {
   }
   while (text.ends_with('\n')) text.pop_back();
   return text.substr(text.rfind('\n') + 1);
-}
-
-std::string text_at(const nlohmann::json& json, const char* key) {
-  const auto at = json.find(key);
-  return at != json.end() && at->is_string() ? at->get<std::string>() : std::string();
 }
 
 }  // namespace
@@ -103,17 +95,10 @@ BridgeAnswer probe_bridge(const std::filesystem::path& program, const std::strin
   int status = 0;
   (void)waitpid(spawned.pid, &status, 0);
   close(spawned.said);
-  const nlohmann::json json = nlohmann::json::parse(line, nullptr, false);
-  if (!json.is_object()) {
-    answer.why = line.empty() ? "the bridge has not answered within " +
-                                    std::to_string(kLongestProbe_ns / 1'000'000'000) + " s"
-                              : line;
-    return answer;
-  }
-  answer.found = json.value("found", false);
-  answer.name = text_at(json, "name");
-  answer.words = text_at(json, "words");
-  answer.why = text_at(json, "why");
+  answer = read_bridge_answer(line);
+  if (line.empty())
+    answer.why = "the bridge has not answered within " +
+                 std::to_string(kLongestProbe_ns / 1'000'000'000) + " s";
   return answer;
 }
 

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/run_device/bridge_answer.hpp"
+
 namespace haptic::tools {
 
 /// @throws OsError  there is none, or it cannot be run.
@@ -24,13 +26,6 @@ struct SpawnedBridge {
 /// a group of its own: a Ctrl-C is the session's to follow.
 [[nodiscard]] SpawnedBridge spawn_bridge(const std::filesystem::path& program,
                                          std::vector<std::string> words);
-
-/// Answer of a bridge that was to look for its device, for `run_device list`.
-struct BridgeAnswer {
-  bool found = false;
-  std::string name, words;  ///< of a device that was found
-  std::string why;          ///< else
-};
 
 /// Lets a bridge open its device once, with its default keys: kLongestProbe_ns at most.
 [[nodiscard]] BridgeAnswer probe_bridge(const std::filesystem::path& program,

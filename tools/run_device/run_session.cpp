@@ -26,7 +26,6 @@
 namespace haptic::tools {
 namespace {
 
-constexpr double kMostHistory_s = 3600;
 /// Memory that the history of a run may take, all of it locked.
 constexpr std::size_t kMostHistoryBytes = std::size_t{1} << 30;
 constexpr std::size_t kProcesses = 2;  // the first and its spare
@@ -96,7 +95,8 @@ RunSession::RunSession(int socket)
     throw UsageError("--session: nothing comes from descriptor " + std::to_string(socket) +
                      "; only the library starts a run with it");
   SessionMessage message = take_message(socket, std::as_writable_bytes(std::span(&ask_, 1)));
-  check_request(message, ask_);
+  if (const std::string defect = defect_of(message, ask_); !defect.empty())
+    throw InputError("--session: " + defect);
   program_ = std::move(message.descriptors[1]);
   if (down_.map(message.descriptors[0], sizeof(SessionDown)) != 0)
     throw InputError("--session: the memory that came with the request cannot be used");
@@ -119,24 +119,6 @@ RunSession::~RunSession() { end_listening(); }
 void RunSession::end_listening() noexcept {
   done_.store(true);
   if (listener_.joinable()) listener_.join();
-}
-
-void RunSession::check_request(const SessionMessage& message, const SessionAsk& ask) const {
-  const bool is_request =
-      message.size >= static_cast<ssize_t>(sizeof ask.magic) && ask.magic == kAskMagic;
-  if (message.size == 0) throw InputError("--session: the program that asked has gone");
-  if (!is_request && message.size != -EMSGSIZE)
-    throw InputError("--session: what came is no request of a session");
-  if (message.size != static_cast<ssize_t>(sizeof ask) || !(ask.layout == SessionLayout{}))
-    throw InputError(
-        "the program's libhaptic and this run_device are of different versions (session record "
-        "version " +
-        std::to_string(ask.layout.version) + " against " + std::to_string(SessionLayout{}.version) +
-        "); install both of one version, or set HAPTIC_RUN_DEVICE to the one that fits");
-  if (message.descriptor_count != SessionAsk::kDescriptors)
-    throw InputError("--session: the request has not the descriptors that belong to it");
-  if (!(ask.history_s >= 0 && ask.history_s <= kMostHistory_s) || ask.hands > kSessionDevices)
-    throw InputError("--session: a number of the request is out of its range");
 }
 
 void RunSession::fit(DeviceConfig& config) const {

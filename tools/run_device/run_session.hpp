@@ -86,7 +86,6 @@ class RunSession {
 
  private:
   static constexpr int kMostCalls = 16, kMostRequest_ms = 5000;
-  void check_request(const SessionMessage& message, const SessionAsk& ask) const;
   [[nodiscard]] bool is_alive() const noexcept;
   void wait_for_end() noexcept;
 

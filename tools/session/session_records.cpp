@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/session/session_records.hpp"
 
+#include <cerrno>
+
 namespace haptic::tools {
 namespace {
 
@@ -39,6 +41,25 @@ WorkspaceMap map_of(const MapRecord& record) noexcept {
   map.grip_a = vector_of(record.grip_a);
   map.handle_offset_h = vector_of(record.handle_offset_h);
   return is_usable(map) ? map : WorkspaceMap{};
+}
+
+std::string defect_of(const SessionMessage& message, const SessionAsk& ask) {
+  const bool is_request =
+      message.size >= static_cast<ssize_t>(sizeof ask.magic) && ask.magic == kAskMagic;
+  if (message.size == 0) return "the program that asked has gone";
+  if (!is_request && message.size != -EMSGSIZE) return "what came is no request of a session";
+  if (message.size != static_cast<ssize_t>(sizeof ask) || !(ask.layout == SessionLayout{}))
+    return "the program's libhaptic and this run_device are of different versions (session record "
+           "version " +
+           std::to_string(ask.layout.version) + " against " +
+           std::to_string(SessionLayout{}.version) +
+           "); install both of one version, or set HAPTIC_RUN_DEVICE to the one that fits";
+  if (message.descriptor_count != SessionAsk::kDescriptors)
+    return "the request has not the descriptors that belong to it";
+  if (!(ask.history_s >= 0 && ask.history_s <= kMostSessionHistory_s) ||
+      ask.hands > kSessionDevices)
+    return "a number of the request is out of its range";
+  return {};
 }
 
 }  // namespace haptic::tools

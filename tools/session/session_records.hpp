@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <string>
 #include <string_view>
 #include <type_traits>
 
@@ -20,6 +21,7 @@
 #include "rt_core/exchange/step_trace.hpp"
 #include "rt_core/safety/moving_frame.hpp"
 #include "rt_core/servo_tick.hpp"
+#include "tools/session/session_channel.hpp"
 #include "tools/verdict/session_judge.hpp"
 
 namespace haptic::tools {
@@ -127,6 +129,12 @@ struct SessionAsk {
   std::array<std::uint8_t, 32> scene_sha256{};  ///< of the bytes of the scene
   static constexpr std::size_t kDescriptors = 2;
 };
+
+/// History that a request may ask for, at most [s].
+inline constexpr double kMostSessionHistory_s = 3600;
+/// Why what came is no request that can be answered, with the fix where there is one; empty: it is
+/// one. `ask` has the bytes of `message`.
+[[nodiscard]] std::string defect_of(const SessionMessage& message, const SessionAsk& ask);
 
 /// A part of a memory.
 struct SessionRange {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// host_sim faults --out DIR [--quick] [--processes [--bridged]] [--carrier usb|direct]
-// [--report-clocked]
+// host_sim faults --out DIR [--quick] [--processes [--bridged] [--process NAME]...
+// [--stale-ms MS]] [--carrier usb|direct] [--report-clocked]
 //                 [--hands 1|2] [--threads N]
 #include <algorithm>
 #include <cstdio>
@@ -23,6 +23,8 @@ struct FaultsArguments {
   std::string out;
   FaultMatrixOptions matrix;
   bool processes = false, bridged = false;
+  std::vector<std::string> of;  ///< processes whose rows are run; empty: all
+  double stale_ms = 0;
 };
 
 int do_process_faults(const FaultsArguments& o) {
@@ -30,9 +32,15 @@ int do_process_faults(const FaultsArguments& o) {
   ProcessMatrixOptions options;
   options.quick = o.matrix.quick;
   options.bridged = o.bridged;
+  options.stale_ms = o.stale_ms;
+  options.wanted = [&o](const ProcessCase& cell) {
+    return o.of.empty() ||
+           std::find(o.of.begin(), o.of.end(), to_text(cell.fault->victim)) != o.of.end();
+  };
   options.told = [](const ProcessVerdict& v) {
-    std::printf("%s, %s, %s: %s\n", to_text(v.cell.fault->victim), v.cell.fault->name,
+    std::printf("%s, %s, %s: %s", to_text(v.cell.fault->victim), v.cell.fault->name,
                 to_text(v.cell.state), v.failures.empty() ? "holds" : "FAILS");
+    std::printf(v.tries > 1 ? " (%u tries)\n" : "\n", v.tries);
     for (const std::string& failure : v.failures) std::printf("  %s\n", failure.c_str());
     if (!v.failures.empty()) std::printf("%s\n", v.said.c_str());
     std::fflush(stdout);
@@ -84,6 +92,23 @@ Command add_faults_command(CLI::App& program) {
                 "with --processes: the device is behind a bridge in every case, not in those of "
                 "the bridge alone")
       ->needs("--processes");
+  app->add_option("--process", o->of,
+                  "with --processes: only the rows of this process, by its name in the table; may "
+                  "be given again")
+      ->needs("--processes")
+      ->check(CLI::Validator(
+          [](const std::string& name) {
+            for (int k = 0; k <= static_cast<int>(ProcessVictim::kBridge); ++k) {
+              if (name == to_text(static_cast<ProcessVictim>(k))) return std::string();
+            }
+            return "no process '" + name + "' in the table of hal/README.md";
+          },
+          "NAME"));
+  app->add_option("--stale-ms", o->stale_ms,
+                  "self-test: with --processes, commands wait so long in a queue of the device's "
+                  "process, so the check must fail")
+      ->needs("--processes")
+      ->check(CLI::Range(0.0, 1000.0));
   tools::add_choice<StackCarrier>(
       *app, "--carrier", o->matrix.run.carrier,
       {{"usb", StackCarrier::kUsb}, {"direct", StackCarrier::kDirect}},

@@ -46,8 +46,8 @@ enum class ProcessCause : std::uint8_t {
   kStart,        ///< another run_device on the same device
   kReplace,      ///< the device is unplugged, another of 0.2 N is plugged in
   kStopThenGo,   ///< SIGSTOP, and SIGCONT after ProcessFault::number ms
-  kDeaf,         ///< it looks at no command for ProcessFault::number ms, and goes on reporting
-  kDeafThenKill  ///< the same, and the guardian is killed on the way
+  kDeaf,         ///< it passes on no command for ProcessFault::number ms, and goes on reporting
+  kDeafThenKill  ///< the same, a bridge stopped, and the guardian is killed on the way
 };
 
 /// What the device is handed from then on.

@@ -2,6 +2,7 @@
 #include "host_sim/lab/processes/process_judge.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <string>
 
 namespace haptic::sim {
@@ -11,7 +12,12 @@ namespace {
 // periods), and an allowance for a machine that does other things as well.
 constexpr double kRampWithin_ms = 150, kZeroWithin_ms = 100;
 
-/// What the wire says.
+// Two periods, and the hop from who makes it to who looks at the clock.
+constexpr double kOldestCommand_ms = 2.25, kNeverMade_ms = 1e6;
+// A status is dated to a millisecond.
+constexpr std::int64_t kStatusBefore_ns = 4'000'000, kStatusAfter_ns = 2'000'000;
+
+/// Steps, rises and times of the wire.
 void measure(ProcessVerdict& v, double slew_n_per_s) {
   ProcessFigures& f = v.found;
   const double period_s = 1e-3;
@@ -46,6 +52,62 @@ void measure(ProcessVerdict& v, double slew_n_per_s) {
   }
 }
 
+/// How old each command is that changes the force at the device: since run_device made the newest
+/// one of the same force. One that repeats what the device has is held, not delivered.
+void date_commands(ProcessVerdict& v) {
+  ProcessFigures& f = v.found;
+  if (v.tapped.empty()) return;
+  Vector last_n = Vector::Zero();
+  for (const WireCommand& c : v.wire.commands) {
+    const Vector now_n = c.drives_on ? c.wrench.force_w : Vector(Vector::Zero());
+    const bool changes = (now_n - last_n).norm() > kWireRounding_n && now_n.norm() > 0;
+    last_n = now_n;
+    // The tap is there some time after the host, and follows a new one.
+    if (!changes || c.host != 1 || c.stamp_ns < v.tapped.front().stamp_ns) continue;
+    const auto end = std::upper_bound(
+        v.tapped.begin(), v.tapped.end(), c.stamp_ns,
+        [](std::int64_t stamp_ns, const TappedCommand& t) { return stamp_ns < t.stamp_ns; });
+    const auto same =
+        std::find_if(std::make_reverse_iterator(end), v.tapped.rend(), [&](const TappedCommand& t) {
+          return (t.wrench.force_w - now_n).norm() <= kWireRounding_n;
+        });
+    const double age_ms = same == v.tapped.rend()
+                              ? kNeverMade_ms
+                              : 1e-6 * static_cast<double>(c.stamp_ns - same->stamp_ns);
+    ++f.dated;
+    f.oldest_ms = std::max(f.oldest_ms, age_ms);
+    if (age_ms > kOldestCommand_ms) ++f.too_old;
+  }
+}
+
+/// What a status states, against the least that acted on the hand about its time, and against it by
+/// more than the largest command-to-command step there.
+void compare_statuses(ProcessVerdict& v) {
+  ProcessFigures& f = v.found;
+  std::size_t period = 0, command = 0;
+  for (const StatedForce& s : v.stated) {
+    const std::int64_t from_ns = s.stamp_ns - kStatusBefore_ns,
+                       to_ns = s.stamp_ns + kStatusAfter_ns;
+    while (period < v.wire.periods.size() && v.wire.periods[period].stamp_ns < from_ns) ++period;
+    double least_n = -1;
+    for (std::size_t k = period; k < v.wire.periods.size() && v.wire.periods[k].stamp_ns <= to_ns;
+         ++k)
+      least_n =
+          least_n < 0 ? v.wire.periods[k].acting_n : std::min(least_n, v.wire.periods[k].acting_n);
+    if (least_n < 0) continue;
+    while (command < v.wire.commands.size() && v.wire.commands[command].stamp_ns < from_ns)
+      ++command;
+    double step_n = 0;
+    for (std::size_t k = std::max<std::size_t>(command, 1);
+         k < v.wire.commands.size() && v.wire.commands[k].stamp_ns <= to_ns; ++k)
+      step_n = std::max(
+          step_n,
+          (v.wire.commands[k].wrench.force_w - v.wire.commands[k - 1].wrench.force_w).norm());
+    ++f.stated;
+    f.understated_n = std::max(f.understated_n, least_n - step_n - s.force_n);
+  }
+}
+
 void judge(ProcessVerdict& v) {
   const ProcessFigures& f = v.found;
   const auto fail = [&v](const std::string& text) { v.failures.push_back(text); };
@@ -69,6 +131,13 @@ void judge(ProcessVerdict& v) {
     const bool grows = state == OperatorState::kArming;
     if (!grows && f.rise_n > 0.05) fail("the force rose by " + fixed(f.rise_n, 2) + " N");
   }
+  if (f.too_old > 0) {
+    fail(std::to_string(f.too_old) + " of " + std::to_string(f.dated) +
+         " commands reached the device older than two periods, the oldest by " +
+         fixed(f.oldest_ms, 1) + " ms");
+  }
+  if (f.understated_n > kWireRounding_n)
+    fail("a status states " + fixed(f.understated_n, 2) + " N less than the device had");
   const bool none = state == OperatorState::kDisarmed || state == OperatorState::kFaulted;
   if (none && (f.before_n > 0 || f.rise_n > 0)) fail("a force though nothing is armed");
 }
@@ -77,6 +146,8 @@ void judge(ProcessVerdict& v) {
 
 void judge_wire(ProcessVerdict& verdict, double slew_n_per_s) {
   measure(verdict, slew_n_per_s);
+  date_commands(verdict);
+  compare_statuses(verdict);
   judge(verdict);
 }
 

@@ -22,15 +22,32 @@ std::string name_of(const ProcessVerdict& v) {
 std::string csv_of_processes(const std::vector<ProcessVerdict>& verdicts) {
   ReportTable table(
       "process,fault,state,holds,output,before_n,after_n,largest_step_n,step_share,rise_n,"
-      "above_zero_ms,device_late_ms,scribbled_bytes,exit_code,events,status,tries,failures");
+      "above_zero_ms,device_late_ms,oldest_ms,dated,understated_n,stated,scribbled_bytes,"
+      "exit_code,events,status,tries,failures");
   for (const ProcessVerdict& v : verdicts) {
     const ProcessFigures& f = v.found;
-    table.add({to_text(v.cell.fault->victim), quoted(v.cell.fault->name),
-               quoted(to_text(v.cell.state)), yes_or_no(v.failures.empty()),
-               to_text(v.cell.fault->output), fixed(f.before_n, 3), fixed(f.after_n, 3),
-               fixed(f.largest_step_n, 3), fixed(f.step_share, 3), fixed(f.rise_n, 3),
-               fixed(f.above_zero_ms, 1), fixed(f.largest_late_ms, 2), f.scribbled, f.exit_code,
-               quoted(joined(v.events)), v.status, v.tries, quoted(joined(v.failures))});
+    table.add({to_text(v.cell.fault->victim),
+               quoted(v.cell.fault->name),
+               quoted(to_text(v.cell.state)),
+               yes_or_no(v.failures.empty()),
+               to_text(v.cell.fault->output),
+               fixed(f.before_n, 3),
+               fixed(f.after_n, 3),
+               fixed(f.largest_step_n, 3),
+               fixed(f.step_share, 3),
+               fixed(f.rise_n, 3),
+               fixed(f.above_zero_ms, 1),
+               fixed(f.largest_late_ms, 2),
+               fixed(f.oldest_ms, 2),
+               f.dated,
+               fixed(f.understated_n, 3),
+               f.stated,
+               f.scribbled,
+               f.exit_code,
+               quoted(joined(v.events)),
+               v.status,
+               v.tries,
+               quoted(joined(v.failures))});
   }
   return table.csv();
 }
@@ -186,13 +203,18 @@ std::string picture_of_processes(const std::vector<ProcessVerdict>& verdicts) {
 }  // namespace
 
 std::vector<OutputText> process_files(const std::vector<ProcessVerdict>& verdicts) {
-  double step_n = 0, share = 0, ramp_ms = 0, zero_ms = 0;
-  std::size_t held = 0;
+  double step_n = 0, share = 0, ramp_ms = 0, zero_ms = 0, oldest_ms = 0, understated_n = 0;
+  std::size_t held = 0, dated = 0, stated = 0, tries = 0;
   std::string failures;
   for (const ProcessVerdict& v : verdicts) {
     held += v.failures.empty() ? 1u : 0u;
     step_n = std::max(step_n, v.found.largest_step_n);
     share = std::max(share, v.found.step_share);
+    oldest_ms = std::max(oldest_ms, v.found.oldest_ms);
+    understated_n = std::max(understated_n, v.found.understated_n);
+    dated += v.found.dated;
+    stated += v.found.stated;
+    tries += v.tries;
     if (v.cell.fault->output == ProcessOutput::kRampsToZero)
       ramp_ms = std::max(ramp_ms, v.found.above_zero_ms);
     if (v.cell.fault->output == ProcessOutput::kZeroAtOnce)
@@ -211,6 +233,11 @@ std::vector<OutputText> process_files(const std::vector<ProcessVerdict>& verdict
                      " of what the slew limit allows in two periods"});
   page += table_row({"time above zero, ramps", fixed(ramp_ms, 0) + " ms"});
   page += table_row({"time above zero, at once", fixed(zero_ms, 0) + " ms"});
+  page += table_row({"age of a command that changes the force, when the device gets it",
+                     fixed(oldest_ms, 2) + " ms, of " + std::to_string(dated)});
+  page += table_row({"a status below what the device had, beyond one command",
+                     fixed(understated_n, 2) + " N, of " + std::to_string(stated)});
+  page += table_row({"runs, with those that the machine spoiled", std::to_string(tries)});
   page +=
       table_row({"cells that hold, of " + std::to_string(verdicts.size()), std::to_string(held)});
   page +=

@@ -25,6 +25,10 @@ constexpr int kBridgePriority = 80;  // between the device, which stands for har
 // Reports by which the device may be behind its newest command: that of a period is on its way.
 constexpr std::uint32_t kMostUnanswered = 3;
 
+std::atomic<bool> g_stop{false}, g_deaf{false};
+extern "C" void stop_relay(int /*signal*/) { g_stop.store(true); }
+extern "C" void turn_deaf(int signal) { g_deaf.store(signal == SIGUSR1); }
+
 /// The device at another socket, spoken to as by a host.
 class RelayedDevice final : public hal::BridgedDevice, private hal::UsbPort {
  public:
@@ -65,6 +69,7 @@ class RelayedDevice final : public hal::BridgedDevice, private hal::UsbPort {
   /// Until the device has its drives on it is asked for them with nothing.
   bool write(std::int64_t now_ns, const Wrench& wrench_d) override {
     const bool is_on = driver_.receipt().drives_on;
+    if (g_deaf.load()) return false;
     send(now_ns, is_on && is_through_ ? wrench_d : Wrench{});
     is_through_ = is_on;
     return driver_.receipt().unanswered <= kMostUnanswered;
@@ -72,6 +77,7 @@ class RelayedDevice final : public hal::BridgedDevice, private hal::UsbPort {
 
   bool release(std::int64_t now_ns) override {
     is_through_ = false;
+    if (g_deaf.load()) return false;
     std::array<std::uint8_t, hal::kMaxReportBytes> bytes{};
     const std::size_t size = driver_.release(++tick_, bytes);
     if (size > 0) peer_.command(now_ns, std::span(bytes).first(size));
@@ -111,14 +117,13 @@ class RelayedDevice final : public hal::BridgedDevice, private hal::UsbPort {
   bool is_through_ = false;
 };
 
-std::atomic<bool> g_stop{false};
-extern "C" void stop_relay(int /*signal*/) { g_stop.store(true); }
-
 [[noreturn]] void relay(const std::string& listen, const std::string& device) {
   (void)prctl(PR_SET_PDEATHSIG, SIGTERM);
   struct sigaction action {};
   action.sa_handler = stop_relay;
   (void)sigaction(SIGTERM, &action, nullptr);
+  action.sa_handler = turn_deaf;
+  for (const int number : {SIGUSR1, SIGUSR2}) (void)sigaction(number, &action, nullptr);
   (void)hal::set_fifo_priority(kBridgePriority);
   RelayedDevice relayed(device);
   hal::BridgeSettings settings;
@@ -133,6 +138,8 @@ RelayBridge::RelayBridge(const std::string& listen, const std::string& device) :
   if (pid_ < 0) throw std::system_error(errno, std::generic_category(), "fork");
   if (pid_ == 0) relay(listen, device);
 }
+
+void RelayBridge::be_deaf(bool deaf) { (void)kill(pid_, deaf ? SIGUSR1 : SIGUSR2); }
 
 RelayBridge::~RelayBridge() {
   (void)kill(pid_, SIGKILL);

@@ -19,6 +19,8 @@ class RelayBridge {
   RelayBridge(const RelayBridge&) = delete;
   RelayBridge& operator=(const RelayBridge&) = delete;
 
+  /// Its device takes nothing over until this is taken back, and goes on reporting.
+  void be_deaf(bool deaf);
   [[nodiscard]] pid_t pid() const { return pid_; }
 
  private:

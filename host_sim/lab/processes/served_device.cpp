@@ -56,6 +56,11 @@ void ServedDevice::be_deaf(bool deaf) {
   deaf_ = deaf;
 }
 
+void ServedDevice::pass_on_after(std::int64_t late_ns) {
+  const std::lock_guard lock(mutex_);
+  late_ns_ = late_ns;
+}
+
 void ServedDevice::replace(const ReferenceModelSettings& settings) {
   const std::lock_guard lock(mutex_);
   port_.drop(*this);
@@ -121,6 +126,12 @@ void ServedDevice::serve() {
 }
 
 void ServedDevice::command(std::span<const std::uint8_t> bytes) {
+  if (late_ns_ == 0) return take(bytes);
+  queue_.emplace_back(hal::monotonic_ns() + late_ns_,
+                      std::vector<std::uint8_t>(bytes.begin(), bytes.end()));
+}
+
+void ServedDevice::take(std::span<const std::uint8_t> bytes) {
   hal::ReferenceCommand command;
   if (!model_->command(bytes) || hal::decode(bytes, command) != hal::CodecVerdict::kOk) return;
   WireCommand wire;
@@ -148,6 +159,10 @@ std::ptrdiff_t ServedDevice::control(const hal::ControlRequest& request,
 }
 
 void ServedDevice::pass_period(std::int64_t due_ns) {
+  while (!queue_.empty() && queue_.front().first <= hal::monotonic_ns()) {
+    take(queue_.front().second);
+    queue_.pop_front();
+  }
   model_->advance();
   const std::int64_t now = hal::monotonic_ns();
   record_.periods.push_back(

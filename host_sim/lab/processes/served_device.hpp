@@ -7,10 +7,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "hal/local/device_port.hpp"
@@ -56,6 +58,8 @@ class ServedDevice final : private hal::PortDevice {
   void press_emergency_stop(bool pressed);
   /// It goes on reporting and looks at no command until this is taken back: its host is deaf to it.
   void be_deaf(bool deaf);
+  /// Probe: a carrier with a queue in it. A command is passed on so much later than it came.
+  void pass_on_after(std::int64_t late_ns);
   /// The cable is pulled; in its place another device is plugged in, at rest where this one was.
   void replace(const ReferenceModelSettings& settings);
 
@@ -72,6 +76,7 @@ class ServedDevice final : private hal::PortDevice {
                                        std::span<const std::uint8_t> data,
                                        std::span<std::uint8_t> room) override;
   void command(std::span<const std::uint8_t> bytes) override;
+  void take(std::span<const std::uint8_t> bytes);
   void end() override { handed_n_ = 0; }
   void pass_period(std::int64_t due_ns);
   [[nodiscard]] HandAction hand();
@@ -84,6 +89,8 @@ class ServedDevice final : private hal::PortDevice {
   double handed_n_ = 0;
   hal::DevicePort port_;
   bool deaf_ = false;
+  std::int64_t late_ns_ = 0;
+  std::deque<std::pair<std::int64_t, std::vector<std::uint8_t>>> queue_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/run_device/bridge_answer.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace haptic::tools {
+namespace {
+
+/// Objects and arrays within each other: an answer has one.
+constexpr int kMostAnswerDepth = 4;
+
+/// The parser of the JSON library recurses where it throws its tree away: depth is judged first.
+bool is_flat(std::string_view text) {
+  int depth = 0;
+  for (const char c : text) {
+    if (c == '{' || c == '[') ++depth;
+    if (c == '}' || c == ']') --depth;
+    if (depth > kMostAnswerDepth) return false;
+  }
+  return true;
+}
+
+std::string text_at(const nlohmann::json& json, const char* key) {
+  const auto at = json.find(key);
+  return at != json.end() && at->is_string() ? at->get<std::string>() : std::string();
+}
+
+}  // namespace
+
+BridgeAnswer read_bridge_answer(std::string_view line) {
+  BridgeAnswer answer;
+  line = line.substr(0, kMostBridgeAnswer);
+  const nlohmann::json json =
+      is_flat(line) ? nlohmann::json::parse(line, nullptr, false) : nlohmann::json();
+  if (!json.is_object()) {
+    answer.why = line.empty() ? "the bridge has not answered" : std::string(line);
+    return answer;
+  }
+  answer.name = text_at(json, "name");
+  answer.words = text_at(json, "words");
+  answer.why = text_at(json, "why");
+  const auto found = json.find("found");
+  const bool says_so = found != json.end() && found->is_boolean() && found->get<bool>();
+  answer.found = says_so && !answer.name.empty();
+  if (!answer.found && answer.why.empty())
+    answer.why = "the bridge does not say why it has found nothing";
+  return answer;
+}
+
+}  // namespace haptic::tools
