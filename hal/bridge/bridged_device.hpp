@@ -7,8 +7,11 @@
 #include <poll.h>
 
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <utility>
 
+#include "hal/bridge/device_tap.hpp"
 #include "hal/device.hpp"
 
 namespace haptic::hal {
@@ -20,6 +23,7 @@ struct BridgeFacts {
   DeviceCapabilities capabilities;
   std::string name;   ///< "Inverse3, serial 04a1, service 3.5.1": for people
   std::string words;  ///< what its owner has to know; may be empty
+  std::string needs;  ///< of the words: what its owner has to do before it can be used
   /// Where BridgeRead::kSame means that nothing moves, so that the sample before is true now; else
   /// it keeps its time.
   bool rests_in_silence = false;
@@ -74,6 +78,16 @@ class BridgedDevice {
   /// True: once it has been open, the process may give up to start programs, to change files, to
   /// reach other processes. A device whose library is closed code says false.
   [[nodiscard]] virtual bool can_be_confined() const noexcept { return true; }
+
+  /// All that it says to its device and hears of it goes through `tap` from the next `open` on.
+  void set_tap(std::shared_ptr<DeviceTap> tap) noexcept { tap_ = std::move(tap); }
+
+ protected:
+  /// Null: nobody listens. Shared with threads that may outlive this.
+  [[nodiscard]] const std::shared_ptr<DeviceTap>& tap() const noexcept { return tap_; }
+
+ private:
+  std::shared_ptr<DeviceTap> tap_;
 };
 
 }  // namespace haptic::hal

@@ -9,6 +9,7 @@
 
 #include "hal/bridge/bridged_device.hpp"
 #include "hal/drivers/driver_registry.hpp"
+#include "tools/bridges/record/replay.hpp"
 
 namespace haptic::tools {
 
@@ -17,6 +18,8 @@ struct BridgeRow {
   /// Null, with `defect` filled, for values of keys that no device can be made of. Opens nothing.
   std::unique_ptr<hal::BridgedDevice> (*make)(const hal::DriverOptions& options,
                                               hal::DriverDefect& defect);
+  /// Plays the rest of a recording to its code. `device` is of `make`, and is not open.
+  ReplayResult (*replay)(Recording& recording, hal::BridgedDevice& device) = replay_calls;
 };
 
 [[nodiscard]] std::span<const BridgeRow> bridge_rows() noexcept;

@@ -32,6 +32,7 @@ std::string facts_line(const std::string& bridge, const hal::BridgeFacts* facts,
     const hal::DeviceCapabilities& c = facts->capabilities;
     json.update({{"name", facts->name},
                  {"words", facts->words},
+                 {"needs", facts->needs},
                  {"sensed_dof", c.sensed_dof},
                  {"driven_dof", c.driven_dof},
                  {"max_force_n", double{c.max_force_n}},
@@ -40,6 +41,25 @@ std::string facts_line(const std::string& bridge, const hal::BridgeFacts* facts,
                  {"report_period_us", c.report_period_ns / 1000}});
   }
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+std::string replay_text(const std::string& bridge, const ReplayResult& result) {
+  std::string text = bridge + ": " + std::to_string(result.poses) + " poses of the recording";
+  if (result.poses == 0 && result.first.empty())
+    return text + ": it shows nothing; record again while the device moves";
+  text += result.first.empty() ? ", each of them the same to the bit"
+                               : ", and then another one\n  " + result.first;
+  if (!result.has_end && result.first.empty())
+    text += "\n  the recording has no end: its bridge was killed, or its disk was full";
+  return text;
+}
+
+nlohmann::ordered_json replay_json(const std::string& bridge, const ReplayResult& result) {
+  return {{"bridge", bridge},
+          {"poses", result.poses},
+          {"different", result.different},
+          {"first", result.first},
+          {"whole", result.has_end && result.end == RecordingEnd::kDone}};
 }
 
 }  // namespace haptic::tools

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "hal/bridge/bridged_device.hpp"
+#include "tools/bridges/record/replay.hpp"
 
 namespace haptic::tools {
 
@@ -12,10 +13,18 @@ namespace haptic::tools {
 [[nodiscard]] std::string facts_text(const std::string& bridge, const hal::BridgeFacts* facts,
                                      const std::string& why);
 
-/// One line of JSON: {"bridge", "found", "name", "words", "why", "sensed_dof", "driven_dof",
-/// "max_force_n", "max_torque_nm", "max_stiffness_n_per_m", "report_period_us"}; numbers of a
-/// device that was found alone. Bytes of a device's name that are no UTF-8 are replaced.
+/// One line of JSON: {"bridge", "found", "name", "words", "needs", "why", "sensed_dof",
+/// "driven_dof", "max_force_n", "max_torque_nm", "max_stiffness_n_per_m", "report_period_us"};
+/// numbers of a device that was found alone. Bytes of a device's name that are no UTF-8 are
+/// replaced.
 [[nodiscard]] std::string facts_line(const std::string& bridge, const hal::BridgeFacts* facts,
                                      const std::string& why);
+
+/// How many poses of a recording were made again, and where the first one differs.
+[[nodiscard]] std::string replay_text(const std::string& bridge, const ReplayResult& result);
+
+/// {"bridge", "poses", "different", "first", "whole"}
+[[nodiscard]] nlohmann::ordered_json replay_json(const std::string& bridge,
+                                                 const ReplayResult& result);
 
 }  // namespace haptic::tools

@@ -9,8 +9,11 @@
 #include <atomic>
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "hal/bridge/bridge_service.hpp"
@@ -18,8 +21,12 @@
 #include "hal/realtime/process_hardening.hpp"
 #include "tools/bridges/bridge_table.hpp"
 #include "tools/bridges/facts_text.hpp"
+#include "tools/bridges/record/bridge_recorder.hpp"
+#include "tools/bridges/record/recorded_device.hpp"
+#include "tools/bridges/record/recording_begin.hpp"
 #include "tools/common/command_line.hpp"
 #include "tools/common/error.hpp"
+#include "tools/common/file_roles.hpp"
 
 namespace haptic::tools {
 namespace {
@@ -30,7 +37,8 @@ std::atomic<bool> g_stop{false};
 extern "C" void stop_bridge(int /*signal*/) { g_stop.store(true); }
 
 struct BridgeOptions {
-  std::string listen;
+  std::string listen, record, replay;
+  double record_mb = 256;
   bool probe = false, json = false;
   int priority = 0, parent = 0;
   std::vector<std::string> texts;   ///< by key of the row
@@ -91,17 +99,49 @@ int serve(hal::BridgedDevice& device, const BridgeOptions& o) {
   throw OsError("no socket at " + o.listen + ": " + std::generic_category().message(error));
 }
 
+/// Compares the poses of today's code with those of the recording.
+int replay(const BridgeRow& row, const BridgeOptions& o) {
+  note_input(o.replay, "the recording");
+  Recording recording(o.replay);
+  const hal::DriverRow& driver = *hal::find_driver(row.name);
+  const hal::DriverOptions options = recorded_options(recording, driver, driver_options(driver, o));
+  hal::DriverDefect defect;
+  const std::unique_ptr<hal::BridgedDevice> device = row.make(options, defect);
+  if (device == nullptr)
+    throw UsageError("--" + std::string(defect.key) + ": " + defect.text +
+                     "; a recording does not have this file");
+  const ReplayResult result = row.replay(recording, *device);
+  const std::string text = o.json ? replay_json(std::string(row.name), result).dump()
+                                  : replay_text(std::string(row.name), result);
+  std::printf("%s\n", text.c_str());
+  return result.poses > 0 && result.first.empty() ? kExitDone : kExitCheckFailed;
+}
+
 int run(const BridgeRow& row, const BridgeOptions& o) {
-  if (o.probe != o.listen.empty())
-    throw UsageError("give either --listen PATH, to serve the device, or --probe");
+  const int modes = (o.listen.empty() ? 0 : 1) + (o.replay.empty() ? 0 : 1) + (o.probe ? 1 : 0);
+  if (modes != 1)
+    throw UsageError("give either --listen PATH, to serve the device, or --probe, or --replay");
+  if (!o.replay.empty()) {
+    if (!o.record.empty())
+      throw UsageError("--record keeps what a device says, and --replay has none; leave it out");
+    return replay(row, o);
+  }
   const hal::KeptCapabilities kept = hal::drop_capabilities({o.priority, false, false});
   if (kept.error != 0)
     throw OsError("capabilities cannot be given up: " +
                   std::generic_category().message(kept.error));
+  const hal::DriverRow& driver = *hal::find_driver(row.name);
+  const hal::DriverOptions options = driver_options(driver, o);
   hal::DriverDefect defect;
-  const std::unique_ptr<hal::BridgedDevice> device =
-      row.make(driver_options(*hal::find_driver(row.name), o), defect);
+  std::unique_ptr<hal::BridgedDevice> device = row.make(options, defect);
   if (device == nullptr) throw UsageError("--" + std::string(defect.key) + ": " + defect.text);
+  if (!o.record.empty()) {
+    const auto recorder = std::make_shared<BridgeRecorder>(RecorderSettings{
+        o.record, static_cast<std::uint64_t>(o.record_mb * 1024 * 1024), 4u << 20, say});
+    const std::string begin = begin_text(driver, options);
+    recorder->note(hal::TapKind::kBegin, 0, {}, std::as_bytes(std::span<const char>(begin)));
+    device = std::make_unique<RecordedDevice>(std::move(device), recorder);
+  }
   return o.probe ? probe(*device, std::string(row.name), o.json) : serve(*device, o);
 }
 
@@ -129,7 +169,13 @@ Command add_bridge(CLI::App& program, const BridgeRow& row) {
   app->add_option("--listen", o->listen,
                   "serve the device at this socket, for address = unix:PATH");
   app->add_flag("--probe", o->probe, "open the device once, tell what it is, and end");
-  app->add_flag("--json", o->json, "with --probe: as a line of JSON");
+  app->add_flag("--json", o->json, "with --probe and --replay: as a line of JSON");
+  app->add_option("--record", o->record,
+                  "keep in this file what bridge and device say to each other, and the poses");
+  app->add_option("--record-mb", o->record_mb, "largest size of it; 256 without this")
+      ->check(number_within(1, 1024));
+  app->add_option("--replay", o->replay,
+                  "no device: make the poses of a recording again, and compare them to the bit");
   app->add_option("--parent", o->parent, "end, force off, when this process ends, which calls")
       ->check(CLI::Range(1, 1 << 22));
   app->add_option("--priority", o->priority, "SCHED_FIFO, 1 to 99; 0: ordinary")
@@ -152,5 +198,7 @@ int main(int argc, char** argv) {
   for (const BridgeRow& row : bridge_rows()) commands.push_back(add_bridge(program, row));
   return run_program(
       program, commands,
-      "0 done, 2 usage, 3 bad input, 4 the device is not there or the system refused", argc, argv);
+      "0 done, 1 a replay has other poses or none, 2 usage, 3 bad recording, 4 the device is not "
+      "there or the system refused",
+      argc, argv);
 }

@@ -43,11 +43,11 @@ DynamixelReply DynamixelBus::ask(std::uint8_t id, DynamixelInstruction instructi
     port_.drop_input();
     input_.clear();
     if (!port_.write(output.bytes())) continue;
-    for (const std::int64_t end = monotonic_ns() + kAnswer_ns; monotonic_ns() < end;) {
+    for (const std::int64_t end = port_.now_ns() + kAnswer_ns; port_.now_ns() < end;) {
       DynamixelStatus status;
       const DynamixelRead got = input_.next(status);
       if (got == DynamixelRead::kNothing) {
-        port_.wait(end - monotonic_ns());
+        port_.wait(end - port_.now_ns());
         input_.added(port_.read(input_.room()));
       }
       if (got == DynamixelRead::kWrongCheck || port_.is_lost()) break;

@@ -33,6 +33,7 @@ DynamixelDevice::DynamixelDevice(DynamixelSettings settings) : settings_(std::mo
 bool DynamixelDevice::open(std::string& why) {
   close();
   const ArmSettings& arm = settings_.arm;
+  port_.set_tap(tap());
   if (!port_.open(arm.port, arm.baud, why)) return false;
   servo_count_ = joints() + (arm.trigger.present ? 1 : 0);
   servos_ = {};
@@ -52,7 +53,7 @@ bool DynamixelDevice::open(std::string& why) {
   }
   settle_limits();
   state_facts();
-  posed_ns_ = shares_ns_ = monotonic_ns();
+  posed_ns_ = shares_ns_ = port_.now_ns();
   phase_ = settings_.pose_only ? Phase::kRunning : Phase::kSetup;
   return true;
 }
@@ -148,14 +149,14 @@ bool DynamixelDevice::measure_cycle(std::string& why) {
   cycle_ns_ = 0;
   std::array<std::int64_t, kMeasuredCycles> durations{};
   int measured = 0;
-  for (const std::int64_t end = monotonic_ns() + kMeasureLimit_ns;
-       measured < kMeasuredCycles && monotonic_ns() < end && !port_.is_lost();) {
-    start(Query::kPose, monotonic_ns());
-    while (query_ != Query::kNone && monotonic_ns() - started_ns_ < late_ns_) {
-      port_.wait(late_ns_ - (monotonic_ns() - started_ns_));
-      take_answers(monotonic_ns());
+  for (const std::int64_t end = port_.now_ns() + kMeasureLimit_ns;
+       measured < kMeasuredCycles && port_.now_ns() < end && !port_.is_lost();) {
+    start(Query::kPose, port_.now_ns());
+    while (query_ != Query::kNone && port_.now_ns() - started_ns_ < late_ns_) {
+      port_.wait(late_ns_ - (port_.now_ns() - started_ns_));
+      take_answers(port_.now_ns());
     }
-    if (posed_) durations[static_cast<std::size_t>(measured++)] = monotonic_ns() - started_ns_;
+    if (posed_) durations[static_cast<std::size_t>(measured++)] = port_.now_ns() - started_ns_;
     posed_ = false;
   }
   query_ = Query::kNone;
@@ -284,13 +285,13 @@ void DynamixelDevice::close() noexcept {
     felt_d_ = {};
     is_closing_ = true;
     if (phase_ == Phase::kLost) phase_ = Phase::kRunning;
-    const std::int64_t end = monotonic_ns() + kCloseLimit_ns;
-    for (std::int64_t now = monotonic_ns();
+    const std::int64_t end = port_.now_ns() + kCloseLimit_ns;
+    for (std::int64_t now = port_.now_ns();
          now < end && phase_ == Phase::kRunning && support_share_ > 0 && !port_.is_lost();
-         now = monotonic_ns()) {
+         now = port_.now_ns()) {
       step(now);
       const std::int64_t until = query_ != Query::kNone ? started_ns_ + late_ns_ + 1 : next_ns_;
-      port_.wait(std::min(until, end) - monotonic_ns());
+      port_.wait(std::min(until, end) - port_.now_ns());
     }
     output_.clear();
     add_to_all(kTorqueEnable, 0);

@@ -18,6 +18,7 @@ constexpr int kCounts = 4096;
 
 bool FeetechDevice::open(std::string& why) {
   close();
+  port_.set_tap(tap());
   if (!port_.open(settings_.port, settings_.baud, why)) return false;
   servos_ = {};
   for (std::size_t k = 0; k < joints(); ++k) servos_[k].id = settings_.ids[k];
@@ -34,7 +35,7 @@ bool FeetechDevice::open(std::string& why) {
     return false;
   }
   state_facts();
-  posed_ns_ = monotonic_ns();
+  posed_ns_ = port_.now_ns();
   is_open_ = true;
   return true;
 }
@@ -46,7 +47,7 @@ bool FeetechDevice::ask(std::uint8_t id, std::uint8_t address, std::span<std::ui
     port_.drop_input();
     input_.clear();
     if (!port_.write(output.bytes())) continue;
-    for (const std::int64_t end = monotonic_ns() + kFeetechAnswer_ns; monotonic_ns() < end;) {
+    for (const std::int64_t end = port_.now_ns() + kFeetechAnswer_ns; port_.now_ns() < end;) {
       FeetechStatus status;
       const FeetechRead got = input_.next(status);
       if (got == FeetechRead::kStatus && status.id == id &&
@@ -56,7 +57,7 @@ bool FeetechDevice::ask(std::uint8_t id, std::uint8_t address, std::span<std::ui
       }
       if (got == FeetechRead::kWrongCheck || port_.is_lost()) break;
       if (got == FeetechRead::kStatus) continue;
-      port_.wait(end - monotonic_ns());
+      port_.wait(end - port_.now_ns());
       input_.added(port_.read(input_.room()));
     }
   }
@@ -90,14 +91,14 @@ bool FeetechDevice::measure_cycle(std::string& why) {
   late_ns_ = kFeetechAnswer_ns;
   std::array<std::int64_t, kFeetechCycles> durations{};
   int measured = 0;
-  for (const std::int64_t end = monotonic_ns() + kFeetechMeasure_ns;
-       measured < kFeetechCycles && monotonic_ns() < end && !port_.is_lost();) {
-    start(monotonic_ns());
-    while (is_asked_ && monotonic_ns() - started_ns_ < late_ns_) {
-      port_.wait(late_ns_ - (monotonic_ns() - started_ns_));
-      take_answers(monotonic_ns());
+  for (const std::int64_t end = port_.now_ns() + kFeetechMeasure_ns;
+       measured < kFeetechCycles && port_.now_ns() < end && !port_.is_lost();) {
+    start(port_.now_ns());
+    while (is_asked_ && port_.now_ns() - started_ns_ < late_ns_) {
+      port_.wait(late_ns_ - (port_.now_ns() - started_ns_));
+      take_answers(port_.now_ns());
     }
-    if (posed_) durations[static_cast<std::size_t>(measured++)] = monotonic_ns() - started_ns_;
+    if (posed_) durations[static_cast<std::size_t>(measured++)] = port_.now_ns() - started_ns_;
     posed_ = false;
   }
   is_asked_ = false;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/bridges/forcedimension/dhd_handle.hpp"
 
+#include "tools/bridges/vendor/vendor_call.hpp"
+
 namespace haptic::tools {
 namespace {
 
@@ -19,7 +21,7 @@ VendorResult DhdHandle::counted(int result, unsigned& failures) noexcept {
     failures = 0;
     return VendorResult::kDone;
   }
-  const int error = calls_.error_get_last();
+  const int error = vendor_call(tap_, "dhdErrorGetLast", [&] { return calls_.error_get_last(); });
   const bool is_gone =
       error == kDhdErrorCom || error == kDhdErrorNoDevice || error == kDhdErrorNotReady;
   ++failures;
@@ -27,8 +29,14 @@ VendorResult DhdHandle::counted(int result, unsigned& failures) noexcept {
 }
 
 VendorResult DhdHandle::sense(hal::BridgeSample& sample) noexcept {
-  double p[3] = {}, r[3][3] = {};
-  const VendorResult read = counted(calls_.get_pose(&p[0], &p[1], &p[2], r, id_), read_failures_);
+  struct {
+    double p[3] = {}, r[3][3] = {};
+  } pose;
+  const auto& [p, r] = pose;
+  const VendorResult read = counted(
+      vendor_call(tap_, "dhdGetPositionAndOrientationFrame", pose,
+                  [&] { return calls_.get_pose(&pose.p[0], &pose.p[1], &pose.p[2], pose.r, id_); }),
+      read_failures_);
   if (read != VendorResult::kDone) return read;
   Mat3 turned = Mat3::Identity();
   if (settings_.has_wrist) {
@@ -50,8 +58,12 @@ VendorResult DhdHandle::sense(hal::BridgeSample& sample) noexcept {
 
 bool DhdHandle::read_twist(hal::BridgeSample& sample) noexcept {
   double v[3] = {}, w[3] = {};
-  if (calls_.get_linear_velocity(&v[0], &v[1], &v[2], id_) < 0) return false;
-  if (settings_.has_wrist && calls_.get_angular_velocity(&w[0], &w[1], &w[2], id_) < 0)
+  if (vendor_call(tap_, "dhdGetLinearVelocity", v,
+                  [&] { return calls_.get_linear_velocity(&v[0], &v[1], &v[2], id_); }) < 0)
+    return false;
+  if (settings_.has_wrist && vendor_call(tap_, "dhdGetAngularVelocityRad", w, [&] {
+                               return calls_.get_angular_velocity(&w[0], &w[1], &w[2], id_);
+                             }) < 0)
     return false;
   const Twist twist_d = {axes_.to_d(vec3(v[0], v[1], v[2])), axes_.to_d(vec3(w[0], w[1], w[2]))};
   if (!is_finite(twist_d)) return false;
@@ -60,11 +72,16 @@ bool DhdHandle::read_twist(hal::BridgeSample& sample) noexcept {
 }
 
 void DhdHandle::read_switches(hal::BridgeSample& sample) noexcept {
-  sample.switches = calls_.get_button_mask(id_) & kButtons;
+  const int mask = vendor_call(tap_, "dhdGetButtonMask",
+                               [&] { return static_cast<int>(calls_.get_button_mask(id_)); });
+  sample.switches = static_cast<unsigned>(mask) & kButtons;
   if (settings_.gripper_closed_rad <= 0) return;
   double angle_rad = 0;
   // A gripper that cannot be read is open: a deadman switch must not stay pressed.
-  const bool is_read = calls_.get_gripper_angle(&angle_rad, id_) >= 0 && angle_rad >= 0;
+  const bool is_read =
+      vendor_call(tap_, "dhdGetGripperAngleRad", angle_rad,
+                  [&] { return calls_.get_gripper_angle(&angle_rad, id_); }) >= 0 &&
+      angle_rad >= 0;
   const Real limit_rad =
       settings_.gripper_closed_rad + (gripper_closed_ ? kGripperPlay_rad : 0.0_r);
   gripper_closed_ = is_read && static_cast<Real>(angle_rad) < limit_rad;
@@ -73,7 +90,9 @@ void DhdHandle::read_switches(hal::BridgeSample& sample) noexcept {
 
 VendorResult DhdHandle::read_status() noexcept {
   int status[kDhdStatusRoom] = {};
-  const VendorResult read = counted(calls_.get_status(status, id_), read_failures_);
+  const VendorResult read = counted(
+      vendor_call(tap_, "dhdGetStatus", status, [&] { return calls_.get_status(status, id_); }),
+      read_failures_);
   if (read != VendorResult::kDone) return read;
   is_powered_ = status[kDhdPower] != 0;
   is_calibrated_ =
@@ -87,9 +106,16 @@ VendorResult DhdHandle::read_status() noexcept {
 int DhdHandle::send(const Wrench& wrench_d) noexcept {
   const Vec3 f = axes_.from_d(wrench_d.force_w);
   const Vec3 t = settings_.has_active_wrist ? axes_.from_d(wrench_d.torque_w) : Vec3(Vec3::Zero());
-  return calls_.set_wrench(static_cast<double>(f.x()), static_cast<double>(f.y()),
-                           static_cast<double>(f.z()), static_cast<double>(t.x()),
-                           static_cast<double>(t.y()), static_cast<double>(t.z()), 0.0, id_);
+  const double w[7] = {static_cast<double>(f.x()),
+                       static_cast<double>(f.y()),
+                       static_cast<double>(f.z()),
+                       static_cast<double>(t.x()),
+                       static_cast<double>(t.y()),
+                       static_cast<double>(t.z()),
+                       0.0};
+  return vendor_call_with(tap_, "dhdSetForceAndTorqueAndGripperForce", w, [&] {
+    return calls_.set_wrench(w[0], w[1], w[2], w[3], w[4], w[5], w[6], id_);
+  });
 }
 
 /// Zero stands in the device before its force is switched, either way; one that does not take it is
@@ -97,7 +123,10 @@ int DhdHandle::send(const Wrench& wrench_d) noexcept {
 VendorResult DhdHandle::enable(bool force) noexcept {
   const VendorResult zero = counted(send(Wrench{}), force_failures_);
   if (force && zero != VendorResult::kDone) return zero;
-  const VendorResult switched = counted(calls_.enable_force(force ? 1 : 0, id_), force_failures_);
+  const unsigned char on = force ? 1 : 0;
+  const VendorResult switched = counted(
+      vendor_call_with(tap_, "dhdEnableForce", on, [&] { return calls_.enable_force(on, id_); }),
+      force_failures_);
   if (switched != VendorResult::kDone) return switched;
   has_force_ = force;
   dropped_ = false;

@@ -4,8 +4,12 @@
 /// in any of them.
 
 #include <cstdint>
+#include <memory>
+#include <utility>
 
+#include "hal/bridge/device_tap.hpp"
 #include "tools/bridges/forcedimension/dhd_calls.hpp"
+#include "tools/bridges/vendor/tapped_handle.hpp"
 #include "tools/bridges/vendor/vendor_axes.hpp"
 #include "tools/bridges/vendor/vendor_exchange.hpp"
 
@@ -20,6 +24,15 @@ struct DhdSettings {
   Real gripper_closed_rad = 0;   ///< below it the gripper is kGripperSwitch; 0: not looked at
 };
 
+/// The settings as a recording has them.
+[[nodiscard]] inline VendorNumbers numbers_of(const DhdSettings& s) {
+  return {s.has_wrist ? 1.0 : 0.0, s.has_active_wrist ? 1.0 : 0.0, s.device_velocity ? 1.0 : 0.0,
+          static_cast<double>(s.gripper_closed_rad)};
+}
+[[nodiscard]] inline DhdSettings dhd_settings_of(const VendorNumbers& n) {
+  return {n[0] != 0, n[1] != 0, n[2] != 0, static_cast<Real>(n[3])};
+}
+
 class DhdHandle final : public VendorHandle {
  public:
   /// Calls in a row that failed, after which the device is lost.
@@ -29,8 +42,10 @@ class DhdHandle final : public VendorHandle {
   /// The gripper opens again above its angle by this much [rad].
   static constexpr Real kGripperPlay_rad = 0.03_r;
 
-  DhdHandle(const DhdCalls& calls, char id, const DhdSettings& settings)
-      : calls_(calls), id_(id), settings_(settings) {}
+  /// @param tap  the calls of a turn go through it; may be null. In a replay `calls` are not used.
+  DhdHandle(const DhdCalls& calls, char id, const DhdSettings& settings,
+            std::shared_ptr<hal::DeviceTap> tap = nullptr)
+      : calls_(calls), id_(id), settings_(settings), tap_(std::move(tap)) {}
 
   [[nodiscard]] VendorResult sense(hal::BridgeSample& sample) noexcept override;
   [[nodiscard]] VendorResult exert(bool drives, const Wrench& wrench_d) noexcept override;
@@ -46,6 +61,7 @@ class DhdHandle final : public VendorHandle {
   const DhdCalls calls_;
   const char id_;
   const DhdSettings settings_;
+  const std::shared_ptr<hal::DeviceTap> tap_;
   const VendorAxes axes_ = VendorAxes::force_dimension();
   unsigned read_failures_ = 0, force_failures_ = 0, turns_ = 0;
   bool is_calibrated_ = false, is_powered_ = false;

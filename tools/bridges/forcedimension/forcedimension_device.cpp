@@ -12,6 +12,7 @@
 #include "tools/bridges/forcedimension/dhd_calls.hpp"
 #include "tools/bridges/forcedimension/dhd_handle.hpp"
 #include "tools/bridges/forcedimension/dhd_models.hpp"
+#include "tools/bridges/vendor/tapped_handle.hpp"
 #include "tools/bridges/vendor/vendor_device.hpp"
 #include "tools/bridges/vendor/vendor_library.hpp"
 
@@ -33,12 +34,18 @@ struct DhdOptions {
 
 /// Shared by the bridge's thread and the device's; the last of them to end takes it away.
 struct DhdSession {
-  DhdSession(const DhdCalls& c, char i, const DhdSettings& s, const VendorLimits& limits)
-      : calls(c), id(i), handle(c, i, s), exchange(std::make_shared<VendorExchange>(limits)) {}
+  DhdSession(const DhdCalls& c, char i, const DhdSettings& s, const VendorLimits& limits,
+             const std::shared_ptr<hal::DeviceTap>& tap)
+      : calls(c),
+        id(i),
+        device(c, i, s, tap),
+        handle(device, tap),
+        exchange(std::make_shared<VendorExchange>(limits)) {}
 
   const DhdCalls calls;
   const char id;
-  DhdHandle handle;
+  DhdHandle device;
+  TappedHandle handle;
   const std::shared_ptr<VendorExchange> exchange;
   std::atomic<bool> has_ended{false};
 };
@@ -110,8 +117,8 @@ bool ForceDimensionDevice::open_device(std::string& why) {
     id = calls_.open();
   }
   if (id < 0) {
-    why = "no Force Dimension " + which + " (" + reason() + "; the library sees " +
-          std::to_string(calls_.get_device_count()) +
+    why = "no Force Dimension " + which + " (" + reason() + "; " + library_.file() + ", SDK " +
+          dhd_version(calls_) + ", sees " + std::to_string(calls_.get_device_count()) +
           "): check its supply and cable, the udev rule for vendor 1451, and that no other program "
           "has it";
     return false;
@@ -202,17 +209,18 @@ bool ForceDimensionDevice::set_up(std::string& why) {
     why = facts_.name + " says no pose; switch it off and on";
     return false;
   }
-  if (!first.calibrated)
-    facts_.words +=
-        "; it is not calibrated: put its handle into the calibration pit until the light "
-        "is steady";
+  facts_.needs = first.calibrated ? ""
+                                  : "it is not calibrated: put its handle into the calibration pit "
+                                    "until the light is steady";
+  if (!first.calibrated) facts_.words += "; " + facts_.needs;
   return true;
 }
 
 void ForceDimensionDevice::start(const DhdSettings& settings) {
   const VendorLimits limits = {period_ns(), facts_.capabilities.max_force_n,
                                facts_.capabilities.max_torque_nm};
-  session_ = std::make_shared<DhdSession>(calls_, id_, settings, limits);
+  note_settings(tap(), numbers_of(settings));
+  session_ = std::make_shared<DhdSession>(calls_, id_, settings, limits, tap());
   exchange_ = session_->exchange;
   std::thread([session = session_, period = period_ns()] {
     run_session(session, period);

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
+#include <string_view>
 #include <utility>
 
 #include "hal/clock/servo_clock.hpp"
@@ -60,11 +62,26 @@ std::string place_of(const std::string& host, std::uint16_t port) {
   return host + ":" + std::to_string(port);
 }
 
+constexpr const char* kSessionsTarget = "/sessions";
+
 }  // namespace
 
 HaplyDevice::HaplyDevice(HaplySettings settings) : settings_(std::move(settings)) {}
 
 HaplyDevice::~HaplyDevice() { close(); }
+
+bool HaplyDevice::ask(std::uint16_t port, const char* target, HttpAnswer& answer,
+                      std::string& why) const {
+  const bool is_answered = http_get(settings_.service, port, target, kMostHaplyText_bytes,
+                                    hal::monotonic_ns() + kHttp_ns, answer, why);
+  // The list of sessions names other programs of the machine: its status alone is kept.
+  const bool is_private = std::string_view(target) == kSessionsTarget;
+  if (tap() != nullptr)
+    tap()->note(hal::TapKind::kAsked, is_answered ? std::int64_t{answer.status} : -1,
+                std::as_bytes(std::span(std::string_view(target))),
+                std::as_bytes(std::span<const char>(is_private ? std::string() : answer.body)));
+  return is_answered;
+}
 
 bool HaplyDevice::find_version(HaplyVersion& version, std::uint16_t& http_port,
                                std::string& why) const {
@@ -76,8 +93,7 @@ bool HaplyDevice::find_version(HaplyVersion& version, std::uint16_t& http_port,
     for (const char* const target : {"/version", "/3.0/version"}) {
       HttpAnswer answer;
       std::string refusal;
-      if (!http_get(settings_.service, port, target, kMostHaplyText_bytes,
-                    hal::monotonic_ns() + kHttp_ns, answer, refusal)) {
+      if (!ask(port, target, answer, refusal)) {
         if (first_why.empty()) first_why = refusal;
         break;  // the other target would not be answered either
       }
@@ -163,7 +179,7 @@ bool HaplyDevice::open(std::string& why) {
                 " is none of 3.1 and 3.5, which this bridge knows: in a format that it does not "
                 "know a force is dropped without a word; install 3.5");
 
-  auto socket = std::make_unique<ServiceSocket>(kMostHaplyText_bytes);
+  auto socket = std::make_unique<ServiceSocket>(kMostHaplyText_bytes, tap());
   std::int64_t until_ns = hal::monotonic_ns() + kConnect_ns;
   const std::string place = place_of(settings_.service, settings_.websocket_port);
   if (!socket->connect(settings_.service, settings_.websocket_port, until_ns, text))
@@ -187,9 +203,13 @@ bool HaplyDevice::open(std::string& why) {
   releases_ = 0;
   last_end_.clear();
   last_cut_.clear();
-  session_ = std::make_unique<HaplySession>(std::move(socket), version.format,
-                                            HaplyChoice{device.id, grip.id, grip.group},
-                                            settings_.times, settings_.accepts_other_forces);
+  const HaplyChoice choice{device.id, grip.id, grip.group};
+  if (tap() != nullptr) {
+    const std::string names = choice.device + '\n' + choice.grip + '\n' + choice.grip_group;
+    tap()->note(hal::TapKind::kChosen, 0, {}, std::as_bytes(std::span<const char>(names)));
+  }
+  session_ = std::make_unique<HaplySession>(std::move(socket), version.format, choice,
+                                            settings_.times, settings_.accepts_other_forces, tap());
   if (session_->wake() < 0) {
     close();
     return fail("no more file descriptors; raise ulimit -n");
@@ -215,24 +235,27 @@ void HaplyDevice::state_facts(const HaplyVersion& version, const HaplyListed& de
   const auto say = [&words](const std::string& text) {
     words += (words.empty() ? "" : "; ") + text;
   };
-  if (!device.calibrated) say("not calibrated yet: put the handle to the calibration point");
-  if (!device.powered) say("the power supply is off");
+  facts_.needs.clear();
+  const auto ask_for = [&](const std::string& text) {
+    say(text);
+    facts_.needs += (facts_.needs.empty() ? "" : "; ") + text;
+  };
+  if (!device.calibrated) ask_for("not calibrated yet: put the handle to the calibration point");
+  if (!device.powered) ask_for("the power supply is off: plug it in and switch it on");
   if (grip.id.empty())
     say("no VerseGrip: orientation is held, and there are no buttons");
   else if (!grip.awake)
-    say("the grip sleeps: press its button");
+    ask_for("the grip sleeps: press its button");
   say("torque is not felt");
   if (!device.tells_force) {
     say("this service does not tell which force it exerts: forces of other programs go unseen");
   } else if (settings_.accepts_other_forces) {
     say("forces of other programs are accepted");
   }
-  if (device.in_use) say("another program commands this device now; end it");
+  if (device.in_use) ask_for("another program commands this device now: end it");
   HttpAnswer answer;
   std::string ignored;
-  if (version.format == HaplyFormat::k35 &&
-      http_get(settings_.service, http_port, "/sessions", kMostHaplyText_bytes,
-               hal::monotonic_ns() + kHttp_ns, answer, ignored) &&
+  if (version.format == HaplyFormat::k35 && ask(http_port, kSessionsTarget, answer, ignored) &&
       answer.status == 200) {
     const auto sessions = read_haply_sessions(answer.body);
     if (sessions && *sessions > 1)

@@ -43,6 +43,8 @@ class HaplyDevice final : public hal::BridgedDevice {
   [[nodiscard]] const std::string& last_end() const noexcept { return last_end_; }
 
  private:
+  [[nodiscard]] bool ask(std::uint16_t port, const char* target, HttpAnswer& answer,
+                         std::string& why) const;
   [[nodiscard]] bool find_version(HaplyVersion& version, std::uint16_t& http_port,
                                   std::string& why) const;
   [[nodiscard]] bool choose(const HaplyInventory& inventory, HaplyListed& device, HaplyListed& grip,

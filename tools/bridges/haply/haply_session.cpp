@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -36,6 +37,26 @@ double distance_to_segment(const double (&p)[3], const double (&end)[3]) noexcep
 
 }  // namespace
 
+void put_state(const HaplyState& state, HaplyReport& report) noexcept {
+  std::copy(std::begin(state.position_m), std::end(state.position_m), report.position_m);
+  std::copy(std::begin(state.velocity_m_per_s), std::end(state.velocity_m_per_s),
+            report.velocity_m_per_s);
+  std::copy(std::begin(state.q_xyzw), std::end(state.q_xyzw), report.q_xyzw);
+  report.buttons = state.buttons;
+  report.has_velocity = state.has_velocity ? 1 : 0;
+  report.calibrated = state.calibrated ? 1 : 0;
+  report.moved = state.moved ? 1 : 0;
+  report.grip_awake = state.grip_awake ? 1 : 0;
+}
+
+HaplyParsed parsed_bytes(HaplyReport report) noexcept {
+  report.answered_ns = report.grip_ns = 0;
+  report.wrong = report.verdict = 0;
+  report.cut = HaplyCut::kNone;
+  report.end = HaplyEnd::kNone;
+  return std::bit_cast<HaplyParsed>(report);
+}
+
 bool OtherForce::look(const double (&exerted_n)[3]) noexcept {
   const bool is_ours = std::any_of(std::begin(sent_n_), std::end(sent_n_), [&](const auto& sent) {
     return distance_to_segment(exerted_n, sent) <= kSameForce_n;
@@ -49,12 +70,14 @@ void OtherForce::sent(const double (&force_n)[3]) noexcept {
 }
 
 HaplySession::HaplySession(std::unique_ptr<ServiceSocket> socket, HaplyFormat format,
-                           HaplyChoice choice, HaplyTimes times, bool accepts_other_forces)
+                           HaplyChoice choice, HaplyTimes times, bool accepts_other_forces,
+                           std::shared_ptr<hal::DeviceTap> tap)
     : socket_(std::move(socket)),
       format_(format),
       choice_(std::move(choice)),
       times_(times),
       accepts_other_forces_(accepts_other_forces),
+      tap_(std::move(tap)),
       wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
   // Signals are the program's own, and go to its threads.
   sigset_t all, before;
@@ -155,6 +178,10 @@ bool HaplySession::take_answer() {
   if (is_late && (!is_zero_ || heard_.newest().is_on != 0)) cut(HaplyCut::kStalled);
 
   const HaplyVerdict verdict = read_haply_state(in_, choice_, state_);
+  if (verdict == HaplyVerdict::kOk) put_state(state_, report_);
+  if (tap_ != nullptr)
+    tap_->note(hal::TapKind::kParsed, static_cast<std::int64_t>(verdict), {},
+               parsed_bytes(report_));
   if (verdict == HaplyVerdict::kOk) {
     wrong_in_row_ = absent_in_row_ = 0;
     take_state(state_);
@@ -173,15 +200,6 @@ bool HaplySession::take_answer() {
 void HaplySession::take_state(const HaplyState& state) {
   report_.answered_ns = hal::monotonic_ns();
   if (state.has_grip) report_.grip_ns = report_.answered_ns;
-  std::copy(std::begin(state.position_m), std::end(state.position_m), report_.position_m);
-  std::copy(std::begin(state.velocity_m_per_s), std::end(state.velocity_m_per_s),
-            report_.velocity_m_per_s);
-  std::copy(std::begin(state.q_xyzw), std::end(state.q_xyzw), report_.q_xyzw);
-  report_.buttons = state.buttons;
-  report_.has_velocity = state.has_velocity ? 1 : 0;
-  report_.calibrated = state.calibrated ? 1 : 0;
-  report_.moved = state.moved ? 1 : 0;
-  report_.grip_awake = state.grip_awake ? 1 : 0;
   is_foreign_ = !accepts_other_forces_ && state.has_force && other_.look(state.force_n);
   if (is_foreign_) cut(HaplyCut::kOtherForce);
   if (!state.powered) cut(HaplyCut::kUnpowered);

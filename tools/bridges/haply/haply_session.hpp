@@ -8,12 +8,15 @@
 /// can take it away then. When it answers again after HaplyTimes::cut_ns the next force is zero,
 /// and stays zero until the drives have been off once: force comes back as a ramp, never as a jump.
 
+#include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <thread>
 
+#include "hal/bridge/device_tap.hpp"
 #include "rt_core/exchange/newest_record.hpp"
 #include "tools/bridges/haply/haply_messages.hpp"
 #include "tools/bridges/haply/service_socket.hpp"
@@ -74,6 +77,12 @@ struct HaplyReport {
   HaplyEnd end = HaplyEnd::kNone;
 };
 
+/// Takes over what a message says of the device; times, cut and end stay.
+void put_state(const HaplyState& state, HaplyReport& report) noexcept;
+/// The members that `put_state` fills, as a recording has them.
+using HaplyParsed = std::array<std::byte, sizeof(HaplyReport)>;
+[[nodiscard]] HaplyParsed parsed_bytes(HaplyReport report) noexcept;
+
 /// The bridge's word.
 struct HaplyForce {
   std::int64_t handed_ns = 0;
@@ -101,8 +110,10 @@ class HaplySession {
  public:
   /// @param socket  connected, its inventory read. Starts the thread.
   /// @param accepts_other_forces  does not look for forces of other sessions
+  /// @param tap  hears what each message was read as; may be null
   HaplySession(std::unique_ptr<ServiceSocket> socket, HaplyFormat format, HaplyChoice choice,
-               HaplyTimes times, bool accepts_other_forces);
+               HaplyTimes times, bool accepts_other_forces,
+               std::shared_ptr<hal::DeviceTap> tap = nullptr);
   HaplySession(const HaplySession&) = delete;
   HaplySession& operator=(const HaplySession&) = delete;
   ~HaplySession();
@@ -140,6 +151,7 @@ class HaplySession {
   HaplyChoice choice_;
   HaplyTimes times_;
   bool accepts_other_forces_;
+  std::shared_ptr<hal::DeviceTap> tap_;
   int wake_ = -1;
 
   NewestRecord<HaplyReport> reports_;

@@ -117,8 +117,10 @@ bool http_get(const std::string& host, std::uint16_t port, const std::string& ta
 }
 
 struct ServiceSocket::Core {
-  explicit Core(std::size_t most) : stream(waiting.context), most_bytes(most) {}
+  Core(std::size_t most, std::shared_ptr<hal::DeviceTap> t)
+      : tap(std::move(t)), stream(waiting.context), most_bytes(most) {}
 
+  std::shared_ptr<hal::DeviceTap> tap;
   std::string out;
   beast::flat_buffer in;
   Error read_error, write_error;
@@ -128,7 +130,8 @@ struct ServiceSocket::Core {
   std::size_t most_bytes;
 };
 
-ServiceSocket::ServiceSocket(std::size_t most_bytes) : core_(std::make_unique<Core>(most_bytes)) {}
+ServiceSocket::ServiceSocket(std::size_t most_bytes, std::shared_ptr<hal::DeviceTap> tap)
+    : core_(std::make_unique<Core>(most_bytes, std::move(tap))) {}
 
 ServiceSocket::~ServiceSocket() = default;
 
@@ -171,6 +174,8 @@ ServiceSocket::Got ServiceSocket::receive(std::string& text, std::int64_t until_
   if (c.read_error) return Got::kClosed;
   const auto bytes = c.in.data();
   text.assign(static_cast<const char*>(bytes.data()), bytes.size());
+  if (c.tap != nullptr)
+    c.tap->note(hal::TapKind::kMessage, 0, {}, std::as_bytes(std::span<const char>(text)));
   return Got::kText;
 }
 
@@ -179,6 +184,8 @@ bool ServiceSocket::send(std::string_view text, std::int64_t until_ns) {
   if (c.is_writing || c.write_error || c.read_error) return false;
   c.out = text;
   c.is_writing = true;
+  if (c.tap != nullptr)
+    c.tap->note(hal::TapKind::kMessage, 0, std::as_bytes(std::span<const char>(c.out)), {});
   c.stream.async_write(net::buffer(c.out), [&c](Error error, std::size_t) {
     c.write_error = error;
     c.is_writing = false;

@@ -8,6 +8,9 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
+
+#include "hal/bridge/device_tap.hpp"
 
 namespace haptic::tools {
 
@@ -33,7 +36,8 @@ class ServiceSocket {
     kTooLong   ///< as kClosed
   };
 
-  explicit ServiceSocket(std::size_t most_bytes);
+  /// @param tap  hears each text, whole; may be null
+  explicit ServiceSocket(std::size_t most_bytes, std::shared_ptr<hal::DeviceTap> tap = nullptr);
   ServiceSocket(const ServiceSocket&) = delete;
   ServiceSocket& operator=(const ServiceSocket&) = delete;
   ~ServiceSocket();

@@ -3,6 +3,8 @@
 
 #include <array>
 
+#include "tools/bridges/vendor/vendor_call.hpp"
+
 namespace haptic::tools {
 namespace {
 
@@ -21,11 +23,29 @@ std::array<double, 3> doubles_of(const Vec3& v, double scale) {
 
 }  // namespace
 
+void HdHandle::get_doubles(unsigned parameter, std::span<double> values) noexcept {
+  (void)hal::through(tap_.get(), hal::TapKind::kCall, call_bytes(parameter),
+                     std::as_writable_bytes(values), [&] {
+                       calls_.get_double(parameter, values.data());
+                       return 0;
+                     });
+}
+
+void HdHandle::set_doubles(unsigned parameter, const Vec3& vector, double scale) noexcept {
+  const std::array<double, 3> values = doubles_of(vector, scale);
+  (void)vendor_call_with(tap_, parameter == kHdForce ? "hdSetDoublev force" : "hdSetDoublev torque",
+                         values, [&] {
+                           calls_.set_double(parameter, values.data());
+                           return 0;
+                         });
+}
+
 /// Warm motors go on; a device that has taken its force away gets none until it is asked for again
 /// from zero; errors of the device itself end it.
 void HdHandle::take_errors() noexcept {
   for (int k = 0; k < kMostHdErrors; ++k) {
-    const unsigned code = calls_.get_error().code;
+    const auto code = static_cast<unsigned>(
+        vendor_call(tap_, "hdGetError", [&] { return static_cast<int>(calls_.get_error().code); }));
     if (code == kHdSuccess) return;
     if (code == kHdWarmMotors) warm_ = kWarmFrames;
     if (code >= kHdExceededMaxForce && code <= kHdForceError) is_dropped_ = true;
@@ -38,15 +58,18 @@ void HdHandle::take_errors() noexcept {
 /// An update moves the origin, so it waits for a frame without force; until then the pose counts as
 /// not calibrated, which takes the force away.
 void HdHandle::look_after_calibration() noexcept {
-  const unsigned calibration = calls_.check_calibration();
+  const auto calibration = static_cast<unsigned>(vendor_call(
+      tap_, "hdCheckCalibration", [&] { return static_cast<int>(calls_.check_calibration()); }));
   is_calibrated_ = calibration == kHdCalibrated;
   if (calibration == kHdNeedsUpdate && !has_force_)
-    calls_.update_calibration(static_cast<unsigned>(settings_.calibration_style));
+    vendor_order(tap_, [&] {
+      calls_.update_calibration(static_cast<unsigned>(settings_.calibration_style));
+    });
 }
 
 bool HdHandle::read_pose(hal::BridgeSample& sample) noexcept {
   double t[16] = {};
-  calls_.get_double(kHdTransform, t);
+  get_doubles(kHdTransform, t);
   Mat3 turned = Mat3::Identity();
   if (settings_.has_wrist) {
     for (int column = 0; column < 3; ++column) turned.col(column) = scaled(t + 4 * column, 1.0);
@@ -56,8 +79,8 @@ bool HdHandle::read_pose(hal::BridgeSample& sample) noexcept {
 
 bool HdHandle::read_twist(hal::BridgeSample& sample) noexcept {
   double v[3] = {}, w[3] = {};
-  calls_.get_double(kHdVelocity, v);
-  if (settings_.has_wrist) calls_.get_double(kHdAngularVelocity, w);
+  get_doubles(kHdVelocity, v);
+  if (settings_.has_wrist) get_doubles(kHdAngularVelocity, w);
   const Twist twist_d = {axes_.to_d(scaled(v, kMetresPerMillimetre)), axes_.to_d(scaled(w, 1.0))};
   if (!is_finite(twist_d)) return false;
   sample.twist_d = record_of(twist_d);
@@ -67,13 +90,16 @@ bool HdHandle::read_twist(hal::BridgeSample& sample) noexcept {
 VendorResult HdHandle::sense(hal::BridgeSample& sample) noexcept {
   has_failed_ = is_dropped_ = false;
   // Every call below acts on the current device.
-  calls_.make_current(handle_);
+  vendor_order(tap_, [&] { calls_.make_current(handle_); });
   look_after_calibration();
-  calls_.begin_frame(handle_);
+  vendor_order(tap_, [&] { calls_.begin_frame(handle_); });
   const bool is_pose = read_pose(sample);
   sample.twist_valid = settings_.device_velocity && read_twist(sample);
   int buttons = 0;
-  calls_.get_integer(kHdButtons, &buttons);
+  (void)vendor_call(tap_, "hdGetIntegerv", buttons, [&] {
+    calls_.get_integer(kHdButtons, &buttons);
+    return 0;
+  });
   sample.switches = static_cast<std::uint32_t>(buttons);
   take_errors();
   sample.calibrated = is_calibrated_;
@@ -88,12 +114,10 @@ VendorResult HdHandle::sense(hal::BridgeSample& sample) noexcept {
 
 VendorResult HdHandle::exert(bool drives, const Wrench& wrench_d) noexcept {
   const Wrench wrench = drives ? wrench_d : Wrench{};
-  calls_.set_double(kHdForce, doubles_of(axes_.from_d(wrench.force_w), 1.0).data());
+  set_doubles(kHdForce, axes_.from_d(wrench.force_w), 1.0);
   if (settings_.has_torque)
-    calls_.set_double(
-        kHdTorque,
-        doubles_of(axes_.from_d(wrench.torque_w), kMillinewtonMetresPerNewtonMetre).data());
-  calls_.end_frame(handle_);
+    set_doubles(kHdTorque, axes_.from_d(wrench.torque_w), kMillinewtonMetresPerNewtonMetre);
+  vendor_order(tap_, [&] { calls_.end_frame(handle_); });
   has_force_ = !wrench.force_w.isZero(0) || !wrench.torque_w.isZero(0);
   take_errors();
   failures_ = has_failed_ ? failures_ + 1 : 0;

@@ -3,7 +3,13 @@
 /// An open device of libHD, frame by frame: what its scheduler's callback does. No lock, no heap,
 /// no exception.
 
+#include <memory>
+#include <span>
+#include <utility>
+
+#include "hal/bridge/device_tap.hpp"
 #include "tools/bridges/openhaptics/hd_calls.hpp"
+#include "tools/bridges/vendor/tapped_handle.hpp"
 #include "tools/bridges/vendor/vendor_axes.hpp"
 #include "tools/bridges/vendor/vendor_exchange.hpp"
 
@@ -16,6 +22,16 @@ struct HdSettings {
   int calibration_style = 0;     ///< HdCalibrationStyle, one of those that the device has
 };
 
+/// The settings as a recording has them. @return of numbers that are none of a style: 0.
+[[nodiscard]] inline VendorNumbers numbers_of(const HdSettings& s) {
+  return {s.has_wrist ? 1.0 : 0.0, s.has_torque ? 1.0 : 0.0, s.device_velocity ? 1.0 : 0.0,
+          static_cast<double>(s.calibration_style)};
+}
+[[nodiscard]] inline HdSettings hd_settings_of(const VendorNumbers& n) {
+  const int style = n[3] >= 0 && n[3] <= 0xffff ? static_cast<int>(n[3]) : 0;
+  return {n[0] != 0, n[1] != 0, n[2] != 0, style};
+}
+
 class HdHandle final : public VendorHandle {
  public:
   /// Frames after the start of the scheduler whose values are not looked at: some come before the
@@ -26,8 +42,11 @@ class HdHandle final : public VendorHandle {
   /// Frames for which motors stay warm once the library has said so.
   static constexpr unsigned kWarmFrames = 1000;
 
-  HdHandle(const HdCalls& calls, unsigned handle, const HdSettings& settings)
-      : calls_(calls), handle_(handle), settings_(settings) {}
+  /// @param tap  the calls of a frame that have values go through it; may be null. In a replay
+  ///   `calls` are not used.
+  HdHandle(const HdCalls& calls, unsigned handle, const HdSettings& settings,
+           std::shared_ptr<hal::DeviceTap> tap = nullptr)
+      : calls_(calls), handle_(handle), settings_(settings), tap_(std::move(tap)) {}
 
   /// Opens a frame, which `exert` closes.
   [[nodiscard]] VendorResult sense(hal::BridgeSample& sample) noexcept override;
@@ -38,10 +57,13 @@ class HdHandle final : public VendorHandle {
   [[nodiscard]] bool read_twist(hal::BridgeSample& sample) noexcept;
   void look_after_calibration() noexcept;
   void take_errors() noexcept;
+  void get_doubles(unsigned parameter, std::span<double> values) noexcept;
+  void set_doubles(unsigned parameter, const Vec3& vector, double scale) noexcept;
 
   const HdCalls calls_;
   const unsigned handle_;
   const HdSettings settings_;
+  const std::shared_ptr<hal::DeviceTap> tap_;
   const VendorAxes axes_ = VendorAxes::open_haptics();
   unsigned frames_ = 0, failures_ = 0, warm_ = 0;
   bool has_force_ = false;  ///< the last frame had a wrench that is not zero

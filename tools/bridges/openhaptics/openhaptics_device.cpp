@@ -11,6 +11,7 @@
 #include "tools/bridges/openhaptics/hd_calls.hpp"
 #include "tools/bridges/openhaptics/hd_handle.hpp"
 #include "tools/bridges/openhaptics/hd_hints.hpp"
+#include "tools/bridges/vendor/tapped_handle.hpp"
 #include "tools/bridges/vendor/vendor_device.hpp"
 #include "tools/bridges/vendor/vendor_library.hpp"
 
@@ -32,12 +33,18 @@ struct HdOptions {
 
 /// Shared by the bridge's thread and the scheduler's.
 struct HdSession {
-  HdSession(const HdCalls& c, unsigned d, const HdSettings& s, const VendorLimits& limits)
-      : calls(c), device(d), handle(c, d, s), exchange(std::make_shared<VendorExchange>(limits)) {}
+  HdSession(const HdCalls& c, unsigned d, const HdSettings& s, const VendorLimits& limits,
+            const std::shared_ptr<hal::DeviceTap>& tap)
+      : calls(c),
+        device(d),
+        frames(c, d, s, tap),
+        handle(frames, tap),
+        exchange(std::make_shared<VendorExchange>(limits)) {}
 
   const HdCalls calls;
   const unsigned device;
-  HdHandle handle;
+  HdHandle frames;
+  TappedHandle handle;
   const std::shared_ptr<VendorExchange> exchange;
   unsigned long scheduled = kHdNoHandle;
   bool is_started = false;
@@ -212,7 +219,8 @@ bool OpenHapticsDevice::enable(std::string& why) {
 bool OpenHapticsDevice::start(std::string& why) {
   const VendorLimits limits = {period_ns(), facts_.capabilities.max_force_n,
                                facts_.capabilities.max_torque_nm};
-  session_ = std::make_shared<HdSession>(calls_, device_, settings_, limits);
+  note_settings(tap(), numbers_of(settings_));
+  session_ = std::make_shared<HdSession>(calls_, device_, settings_, limits, tap());
   exchange_ = session_->exchange;
   calls_.set_scheduler_rate(static_cast<unsigned long>(std::llround(options_.rate_hz)));
   if (has_failed("the scheduler does not take the key rate", why)) return false;
@@ -226,8 +234,10 @@ bool OpenHapticsDevice::start(std::string& why) {
     why = facts_.name + " says no pose; " + hd_open_hint({}, options_.device);
     return false;
   }
-  if (!first.calibrated)
-    facts_.words += "; it is not calibrated: " + hd_calibration_hint(settings_.calibration_style);
+  facts_.needs = first.calibrated
+                     ? ""
+                     : "it is not calibrated: " + hd_calibration_hint(settings_.calibration_style);
+  if (!first.calibrated) facts_.words += "; " + facts_.needs;
   return true;
 }
 

@@ -94,6 +94,12 @@ void ask_for_low_latency(int fd) {
 bool SerialPort::open(const std::string& path, std::uint32_t baud, std::string& why,
                       const SerialSystem& system) {
   close();
+  return hal::through(tap_.get(), hal::TapKind::kConnect, {}, {},
+                      [&] { return open_port(path, baud, why, system) ? 1 : 0; }) == 1;
+}
+
+bool SerialPort::open_port(const std::string& path, std::uint32_t baud, std::string& why,
+                           const SerialSystem& system) {
   struct stat kind {};
   if (::stat(path.c_str(), &kind) != 0) return why = refusal(path, errno, system), false;
   if (!S_ISCHR(kind.st_mode)) return why = no_serial_port(path, system), false;
@@ -131,24 +137,39 @@ void SerialPort::close() noexcept {
 }
 
 std::size_t SerialPort::read(std::span<std::uint8_t> bytes) noexcept {
-  if (fd_ < 0 || lost_ || bytes.empty()) return 0;
+  if (!is_usable() || bytes.empty()) return 0;
+  const std::int64_t count =
+      hal::through(tap_.get(), hal::TapKind::kReceived, {}, std::as_writable_bytes(bytes),
+                   [&] { return read_port(bytes); });
+  lost_ = count < 0;
+  return static_cast<std::size_t>(std::max<std::int64_t>(count, 0));
+}
+
+/// Below 0: the port is lost.
+std::int64_t SerialPort::read_port(std::span<std::uint8_t> bytes) noexcept {
   const ssize_t count = ::read(fd_, bytes.data(), bytes.size());
-  if (count > 0) return static_cast<std::size_t>(count);
+  if (count > 0) return count;
   if (count < 0 && (errno == EAGAIN || errno == EINTR)) return 0;
   if (count == 0) {
     // With VMIN 0 an idle port reads nothing too; one that was hung up says so to poll.
     pollfd at{fd_, POLLIN, 0};
     if (::poll(&at, 1, 0) >= 0 && (at.revents & (POLLHUP | POLLERR | POLLNVAL)) == 0) return 0;
   }
-  lost_ = true;
-  return 0;
+  return -1;
 }
 
 bool SerialPort::write(std::span<const std::uint8_t> bytes) noexcept {
-  if (fd_ < 0 || lost_) return false;
-  const ssize_t count = ::write(fd_, bytes.data(), bytes.size());
-  if (count < 0 && errno != EAGAIN && errno != EINTR) lost_ = true;
+  if (!is_usable()) return false;
+  const std::int64_t count = hal::through(tap_.get(), hal::TapKind::kSent, std::as_bytes(bytes), {},
+                                          [&] { return write_port(bytes); });
+  lost_ = count < 0;
   return count >= 0 && static_cast<std::size_t>(count) == bytes.size();
+}
+
+/// Below 0: the port is lost.
+std::int64_t SerialPort::write_port(std::span<const std::uint8_t> bytes) noexcept {
+  const ssize_t count = ::write(fd_, bytes.data(), bytes.size());
+  return count < 0 && (errno == EAGAIN || errno == EINTR) ? 0 : count;
 }
 
 void SerialPort::drop_input() noexcept {
@@ -161,6 +182,10 @@ void SerialPort::wait(std::int64_t timeout_ns) noexcept {
   const timespec limit{static_cast<time_t>(timeout_ns / 1'000'000'000),
                        static_cast<long>(timeout_ns % 1'000'000'000)};
   static_cast<void>(::ppoll(&at, 1, &limit, nullptr));
+}
+
+std::int64_t SerialPort::now_ns() const noexcept {
+  return hal::through(tap_.get(), hal::TapKind::kClock, {}, {}, monotonic_ns);
 }
 
 std::int64_t monotonic_ns() noexcept {

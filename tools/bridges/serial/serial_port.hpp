@@ -5,8 +5,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
+#include <utility>
+
+#include "hal/bridge/device_tap.hpp"
 
 namespace haptic::tools {
 
@@ -29,6 +33,8 @@ class SerialPort {
   /// a rate that the adapter cannot make.
   [[nodiscard]] bool open(const std::string& path, std::uint32_t baud, std::string& why,
                           const SerialSystem& system = {});
+  /// What passes here, and the time by `now_ns`, goes through it; before `open`.
+  void set_tap(std::shared_ptr<hal::DeviceTap> tap) noexcept { tap_ = std::move(tap); }
   void close() noexcept;
   [[nodiscard]] bool is_open() const noexcept { return fd_ >= 0; }
   /// The device has gone, or its driver failed: nothing comes and goes any more.
@@ -44,8 +50,19 @@ class SerialPort {
   void drop_input() noexcept;
   /// Until bytes come, or `timeout_ns` is over. For opening and closing alone.
   void wait(std::int64_t timeout_ns) noexcept;
+  /// CLOCK_MONOTONIC [ns], for what an answer's time decides.
+  [[nodiscard]] std::int64_t now_ns() const noexcept;
 
  private:
+  [[nodiscard]] bool open_port(const std::string& path, std::uint32_t baud, std::string& why,
+                               const SerialSystem& system);
+  [[nodiscard]] std::int64_t read_port(std::span<std::uint8_t> bytes) noexcept;
+  [[nodiscard]] std::int64_t write_port(std::span<const std::uint8_t> bytes) noexcept;
+  [[nodiscard]] bool is_usable() const noexcept {
+    return !lost_ && (fd_ >= 0 || (tap_ != nullptr && tap_->is_replay()));
+  }
+
+  std::shared_ptr<hal::DeviceTap> tap_;
   int fd_ = -1;
   bool lost_ = false;
 };

@@ -36,6 +36,9 @@ std::string identity(std::uint16_t vendor_id, std::uint16_t product_id) {
   return text;
 }
 
+/// Of a system call.
+std::int64_t or_error(std::int64_t result) { return result < 0 ? -errno : result; }
+
 bool is_axis(std::int32_t value) { return value >= -kSpnavMostAxis && value <= kSpnavMostAxis; }
 
 }  // namespace
@@ -59,27 +62,34 @@ bool SpacenavDevice::open(std::string& why) {
 }
 
 bool SpacenavDevice::connect(std::string& why) {
-  const std::vector<std::string> paths =
-      settings_.socket.empty() ? hal::spacenav_paths() : std::vector{settings_.socket};
   std::string tried;
-  for (const std::string& path : paths) {
-    fd_ = hal::connect_spacenav(path);
-    path_ = path;
-    if (fd_ >= 0) return true;
-    tried += (tried.empty() ? "" : ", ") + path + " (" + system_text(-fd_) + ")";
-  }
-  fd_ = -1;
+  is_connected_ = hal::through(tap().get(), hal::TapKind::kConnect, {}, {},
+                               [&] { return fd_ = connect_first(tried); }) >= 0;
+  if (is_connected_) return true;
   why = "no spacenavd listens at " + tried +
         "; install and start it (sudo apt-get install spacenavd; sudo systemctl start spacenavd), "
         "or name its socket: socket = \"PATH\"";
   return false;
 }
 
+/// @return a descriptor, or -1: `tried` has each path and why it was none.
+int SpacenavDevice::connect_first(std::string& tried) {
+  const std::vector<std::string> paths =
+      settings_.socket.empty() ? hal::spacenav_paths() : std::vector{settings_.socket};
+  for (const std::string& path : paths) {
+    const int fd = hal::connect_spacenav(path);
+    path_ = path;
+    if (fd >= 0) return fd;
+    tried += (tried.empty() ? "" : ", ") + path + " (" + system_text(-fd) + ")";
+  }
+  return -1;
+}
+
 // A daemon of version 0 takes the question for a sensitivity, and then gets one that is a number.
 bool SpacenavDevice::agree_on_version(std::string& why) {
   const std::int32_t question = kSpnavChangeProtocol | kSpnavVersion;
   if (!send(&question, sizeof question, why)) return false;
-  const std::int64_t end_ns = hal::monotonic_ns() + kVersionWait_ns;
+  const std::int64_t end_ns = now_ns() + kVersionWait_ns;
   for (bool came = true; came;) {
     if (!wait_for_bytes(end_ns, came, why)) return false;
     SpnavUnit unit;
@@ -109,7 +119,7 @@ bool SpacenavDevice::introduce(std::string& why) {
       !ask(kSpnavSetEventMask, spnav_request(kSpnavSetEventMask, kMask), answer, why))
     return false;
 
-  const std::int64_t end_ns = hal::monotonic_ns() + kAnswerWait_ns;
+  const std::int64_t end_ns = now_ns() + kAnswerWait_ns;
   if (!ask(kSpnavDeviceName, spnav_request(kSpnavDeviceName), answer, why)) return false;
   SpnavText name;
   SpnavText::State state = name.add(answer);
@@ -132,7 +142,7 @@ bool SpacenavDevice::introduce(std::string& why) {
 bool SpacenavDevice::ask(SpnavRequest kind, const SpnavUnit& request, SpnavUnit& answer,
                          std::string& why) {
   return send(&request, sizeof request, why) &&
-         next_answer(kind, hal::monotonic_ns() + kAnswerWait_ns, answer, why);
+         next_answer(kind, now_ns() + kAnswerWait_ns, answer, why);
 }
 
 // Motions of the meantime are over when it is open; buttons stay pressed.
@@ -154,33 +164,49 @@ bool SpacenavDevice::next_answer(SpnavRequest kind, std::int64_t end_ns, SpnavUn
 }
 
 bool SpacenavDevice::send(const void* bytes, std::size_t count, std::string& why) {
-  const ssize_t sent = ::send(fd_, bytes, count, MSG_NOSIGNAL | MSG_DONTWAIT);
-  if (sent == static_cast<ssize_t>(count)) return true;
+  const std::int64_t sent = hal::through(
+      tap().get(), hal::TapKind::kSent, {static_cast<const std::byte*>(bytes), count}, {},
+      [&] { return or_error(::send(fd_, bytes, count, MSG_NOSIGNAL | MSG_DONTWAIT)); });
+  if (sent == static_cast<std::int64_t>(count)) return true;
   why = "spacenavd at " + path_ + " takes no requests (" +
-        (sent < 0 ? system_text(errno) : "a part of one alone") +
+        (sent < 0 ? system_text(static_cast<int>(-sent)) : "a part of one alone") +
         "); restart it: sudo systemctl restart spacenavd";
   return false;
+}
+
+std::int64_t SpacenavDevice::now_ns() const {
+  return hal::through(tap().get(), hal::TapKind::kClock, {}, {}, hal::monotonic_ns);
+}
+
+/// Adds what has come to the stream. @return its bytes; 0: the daemon has ended; a negative errno.
+std::int64_t SpacenavDevice::receive() {
+  const std::span<std::byte> room = stream_.room();
+  const std::int64_t got = hal::through(tap().get(), hal::TapKind::kReceived, {}, room, [&] {
+    return or_error(recv(fd_, room.data(), room.size(), MSG_DONTWAIT));
+  });
+  if (got > 0) stream_.added(static_cast<std::size_t>(got));
+  return got;
 }
 
 /// @param came  false: the time was over.
 bool SpacenavDevice::wait_for_bytes(std::int64_t end_ns, bool& came, std::string& why) {
   came = false;
   for (;;) {
-    const std::int64_t left_ns = end_ns - hal::monotonic_ns();
+    const std::int64_t left_ns = end_ns - now_ns();
     if (left_ns <= 0) return true;
     const timespec left{left_ns / 1'000'000'000, left_ns % 1'000'000'000};
     pollfd watched{fd_, POLLIN, 0};
-    const int ready = ppoll(&watched, 1, &left, nullptr);
-    if (ready < 0 && errno != EINTR) break;
+    const std::int64_t ready = hal::through(tap().get(), hal::TapKind::kReady, {}, {}, [&] {
+      return or_error(ppoll(&watched, 1, &left, nullptr));
+    });
+    if (ready < 0 && ready != -EINTR) break;
     if (ready <= 0) continue;
-    const std::span<std::byte> room = stream_.room();
-    const ssize_t got = recv(fd_, room.data(), room.size(), MSG_DONTWAIT);
+    const std::int64_t got = receive();
     if (got > 0) {
-      stream_.added(static_cast<std::size_t>(got));
       came = true;
       return true;
     }
-    if (got == 0 || (errno != EAGAIN && errno != EINTR)) break;
+    if (got == 0 || (got != -EAGAIN && got != -EINTR)) break;
   }
   why = "spacenavd at " + path_ +
         " ended the connection; see its log, /var/log/spnavd.log, and start it again: sudo "
@@ -212,7 +238,7 @@ void SpacenavDevice::describe(const std::string& name, std::uint16_t vendor_id,
 }
 
 hal::BridgeRead SpacenavDevice::read(std::int64_t now_ns, hal::BridgeSample& sample) {
-  if (fd_ < 0 || lost_) return hal::BridgeRead::kLost;
+  if (!is_connected_ || lost_) return hal::BridgeRead::kLost;
   const std::uint64_t events = counts_.events;
   const Twist& velocity_d = pose_.velocity_d();
   const bool moved = !velocity_d.linear_w.isZero(0) || !velocity_d.angular_w.isZero(0);
@@ -232,13 +258,10 @@ hal::BridgeRead SpacenavDevice::read(std::int64_t now_ns, hal::BridgeSample& sam
 }
 
 void SpacenavDevice::take_in(std::int64_t now_ns) {
-  const std::span<std::byte> room = stream_.room();
-  const ssize_t got = recv(fd_, room.data(), room.size(), MSG_DONTWAIT);
+  const std::int64_t got = receive();
   // A daemon that ends with something of ours unread resets the connection.
-  if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR))
-    return lose("the daemon ended it");
+  if (got == 0 || (got < 0 && got != -EAGAIN && got != -EINTR)) return lose("the daemon ended it");
   if (got < 0) return;
-  stream_.added(static_cast<std::size_t>(got));
   SpnavUnit unit;
   for (auto item = stream_.next(unit); item != SpnavStream::Item::kNone && !lost_;
        item = stream_.next(unit)) {
@@ -308,6 +331,7 @@ void SpacenavDevice::lose(const char* why) {
 void SpacenavDevice::close() noexcept {
   if (fd_ >= 0) ::close(fd_);
   fd_ = -1;
+  is_connected_ = false;
 }
 
 pollfd SpacenavDevice::watched() const noexcept { return {fd_, POLLIN, 0}; }

@@ -69,6 +69,9 @@ class SpacenavDevice final : public hal::BridgedDevice {
   [[nodiscard]] bool next_answer(SpnavRequest kind, std::int64_t end_ns, SpnavUnit& answer,
                                  std::string& why);
   void describe(const std::string& name, std::uint16_t vendor_id, std::uint16_t product_id);
+  [[nodiscard]] int connect_first(std::string& tried);
+  [[nodiscard]] std::int64_t now_ns() const;
+  [[nodiscard]] std::int64_t receive();
   void take_in(std::int64_t now_ns);
   void take(const SpnavUnit& unit, std::int64_t now_ns);
   void take_motion(const SpnavUnit& unit, std::int64_t now_ns);
@@ -82,6 +85,7 @@ class SpacenavDevice final : public hal::BridgedDevice {
   hal::BridgeFacts facts_;
   std::string path_;  ///< of the socket
   int fd_ = -1;
+  bool is_connected_ = false;  ///< also in a replay, which has no descriptor
   int version_ = 0;
   double full_scale_ = hal::kDisplacementFullScale;
   std::uint32_t buttons_ = 0;

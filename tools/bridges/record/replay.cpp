@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/bridges/record/replay.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "tools/bridges/record/sample_bytes.hpp"
+#include "tools/common/error.hpp"
+
+namespace haptic::tools {
+
+using hal::TapKind;
+
+namespace {
+
+constexpr std::array kCallKinds = {TapKind::kOpen,    TapKind::kOpened, TapKind::kRead,
+                                   TapKind::kLooked,  TapKind::kWrite,  TapKind::kClock,
+                                   TapKind::kReady,   TapKind::kClose,  TapKind::kRelease,
+                                   TapKind::kConnect, TapKind::kSent,   TapKind::kReceived};
+
+std::string number_of(TapKind kind) {
+  return "entry of kind " + std::to_string(static_cast<int>(kind));
+}
+
+}  // namespace
+
+ReplayTap::ReplayTap(Recording& recording, std::span<const TapKind> kinds)
+    : recording_(recording), kinds_(kinds.begin(), kinds.end()) {}
+
+void ReplayTap::diverge(const std::string& how) {
+  if (result_.first.empty()) result_.first = recording_.place() + how;
+}
+
+bool ReplayTap::fetch() noexcept {
+  if (!result_.first.empty() || !defect_.empty()) return false;
+  try {
+    while (recording_.next(entry_)) {
+      if (entry_.kind == TapKind::kEnd) {
+        result_.has_end = true;
+        result_.end = static_cast<RecordingEnd>(entry_.result);
+      }
+      if (std::ranges::find(kinds_, entry_.kind) != kinds_.end()) return true;
+    }
+  } catch (const InputError& error) {
+    defect_ = error.what();
+  }
+  return false;
+}
+
+const RecordEntry* ReplayTap::next() {
+  const bool is_there = fetch();
+  if (!defect_.empty()) throw InputError(defect_);
+  return is_there ? &entry_ : nullptr;
+}
+
+std::int64_t ReplayTap::give(TapKind kind, std::span<const std::byte> sent,
+                             std::span<std::byte> room) noexcept {
+  if (!fetch()) return -1;
+  if (entry_.kind != kind) {
+    diverge("the bridge goes another way here: " + number_of(kind) + " instead of " +
+            std::to_string(static_cast<int>(entry_.kind)));
+    return -1;
+  }
+  if (!std::ranges::equal(sent, entry_.sent)) {
+    diverge("the bridge says something else to the device here");
+    return -1;
+  }
+  if (entry_.received.size() > room.size() ||
+      (kind == TapKind::kCall && entry_.received.size() != room.size()) ||
+      (kind == TapKind::kReceived && entry_.result > static_cast<std::int64_t>(room.size()))) {
+    diverge("the bridge takes less here than the device has said");
+    return -1;
+  }
+  std::ranges::copy(entry_.received, room.begin());
+  return entry_.result;
+}
+
+void ReplayTap::compare(std::span<const std::byte> pose, std::span<const std::byte> recorded) {
+  ++result_.poses;
+  if (std::ranges::equal(pose, recorded)) return;
+  ++result_.different;
+  diverge("another pose than then");
+}
+
+void ReplayTap::expect(TapKind kind, std::int64_t result, std::span<const std::byte> same_as) {
+  if (!fetch()) return;
+  if (entry_.kind != kind) return diverge("the bridge asks its device for less here than then");
+  if (entry_.result != result)
+    return diverge("another outcome than then: " + std::to_string(result) + " instead of " +
+                   std::to_string(entry_.result));
+  if (!same_as.empty()) compare(same_as, entry_.received);
+}
+
+ReplayResult replay_calls(Recording& recording, hal::BridgedDevice& device) {
+  ReplayTap tap(recording, kCallKinds);
+  device.set_tap(tap.shared());
+  hal::BridgeSample sample;
+  std::string why;
+  while (const RecordEntry* const entry = tap.next()) {
+    const std::int64_t at_ns = entry->result;
+    switch (entry->kind) {
+      case TapKind::kOpen: {
+        const bool is_open = device.open(why);
+        tap.expect(TapKind::kOpened, is_open ? 1 : 0, {});
+        break;
+      }
+      case TapKind::kRead: {
+        const hal::BridgeRead read = device.read(at_ns, sample);
+        const SampleBytes bytes = bytes_of(sample);
+        tap.expect(TapKind::kLooked, static_cast<std::int64_t>(read),
+                   std::span(bytes).first(read == hal::BridgeRead::kNew ? bytes.size() : 0));
+        break;
+      }
+      case TapKind::kWrite:
+        (void)device.write(at_ns, wrench_of_bytes(entry->sent));
+        break;
+      case TapKind::kRelease:
+        (void)device.release(at_ns);
+        break;
+      case TapKind::kClose:
+        device.close();
+        break;
+      default:
+        tap.diverge("the bridge asks its device for less here than then");
+    }
+  }
+  device.close();
+  device.set_tap(nullptr);
+  return tap.result();
+}
+
+}  // namespace haptic::tools
