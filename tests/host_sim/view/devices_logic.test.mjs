@@ -201,6 +201,25 @@ test("SpaceMouse: unplugged, nothing moves; plugged in again it goes on; what ca
   assert.match(held.trouble, /gives no SpaceMouse: not allowed/);
 });
 
+test("SpaceMouse: one that several events bring at once is opened once, and leads one hand", async () => {
+  let opens = 0;
+  const cap = playedCap({
+    async open() {
+      assert.equal(++opens, 1, "a browser refuses a second open while the first is going on");
+      await settle();
+      this.opened = true;
+    },
+  });
+  const hands = [new SpaceMouse(), new SpaceMouse()];
+  hid = playedHid([cap]);
+  const mice = new SpaceMice(hid, hands);
+  hid.tell("connect", cap);
+  await mice.choose();
+  await settle();
+  await settle();
+  assert.deepEqual([opens, hands.map(({ name }) => name), mice.trouble], [1, ["SpaceMouse Compact", ""], ""]);
+});
+
 test("inputs: inside the dead zone rest, at its edge no jump, at the end all; what is no number is rest", () => {
   for (const value of [0, 0.1, -0.1, NaN, Infinity, undefined]) assert.equal(beyond(value, 0.1), 0);
   near(beyond(0.109, 0.1), 0.01);

@@ -82,6 +82,8 @@ export class SpaceMice {
   trouble = "";
   /** one was there and has been unplugged */
   isGone = false;
+  /** while the browser opens them: it is asked for a device by several events at once */
+  private readonly opening = new Set<HidDevice>();
 
   constructor(
     private readonly hid: Hid,
@@ -111,12 +113,15 @@ export class SpaceMice {
     const isCap = ({ usagePage, usage }: HidCollection) => usagePage === kMultiAxis.usagePage && usage === kMultiAxis.usage;
     for (const device of devices) {
       if (!modelOf(device.vendorId, device.productId) || !device.collections.some(isCap)) continue;
-      if (this.hands.some((hand) => hand.has(device))) continue;
+      if (this.opening.has(device) || this.hands.some((hand) => hand.has(device))) continue;
+      this.opening.add(device);
       try {
         if (!device.opened) await device.open();
       } catch (error) {
         this.trouble = `${device.productName} cannot be opened: ${messageOf(error)}. Close the program that holds it, and connect it again`;
         continue;
+      } finally {
+        this.opening.delete(device);
       }
       const free = this.hands.find((hand) => hand.has(null));
       if (!free) {
