@@ -51,6 +51,11 @@ inline void write_numbers(const Pose& pose, double* p) noexcept {
   for (int k = 0; k < 3; ++k) p[k] = static_cast<double>(pose.p_wa[k]);
   for (int k = 0; k < 4; ++k) p[3 + k] = static_cast<double>(pose.q_wa.coeffs()[k]);
 }
+/// Wrench of six numbers, force and torque.
+[[nodiscard]] inline Wrench wrench_of_numbers(const double* w) noexcept {
+  const auto real = [](double x) { return static_cast<Real>(x); };
+  return {Vec3(real(w[0]), real(w[1]), real(w[2])), Vec3(real(w[3]), real(w[4]), real(w[5]))};
+}
 inline void write_numbers(const Wrench& wrench, double* p) noexcept {
   for (int k = 0; k < 3; ++k) {
     p[k] = static_cast<double>(wrench.force_w[k]);

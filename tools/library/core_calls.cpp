@@ -9,50 +9,14 @@
 #include <new>
 #include <span>
 
-#include "rt_core/hands.hpp"
-#include "rt_core/haptic_core.hpp"
 #include "tools/library/bodies.hpp"
 #include "tools/library/call.hpp"
-#include "tools/library/handle_call.hpp"
+#include "tools/library/core_handle.hpp"
 
 using namespace haptic;
 using namespace haptic::tools;
 
 namespace {
-
-/// A scene whose parts are held, by one hand or two, has this.
-struct alignas(kStateAlignment) PartsOfCore {
-  PartScenes scenes;
-  Hands hands;
-  std::array<FrameRecord, kMostDriven> driven;  ///< the newest poses
-
-  /// The first one.
-  [[nodiscard]] PartHand& hand() noexcept { return hands.hand(0); }
-  [[nodiscard]] const PartHand& hand() const noexcept { return hands.hand(0); }
-};
-
-}  // namespace
-
-/// At the begin of the caller's memory. What follows: of a scene of one moving part the core's
-/// state; else PartsOfCore and the two rooms of its hand.
-struct alignas(kStateAlignment) haptic_core {
-  std::atomic<std::uint64_t> magic{0};
-  std::atomic<bool> busy{false};
-  SceneView view;
-  PartsOfCore* parts = nullptr;  ///< null: the scene has one moving part
-  HapticCore* core = nullptr;    ///< null: the scene has parts
-  HeldNow held;
-  std::uint64_t ticks = 0;
-  bool is_felt = false;              ///< the last step had a wrench
-  SessionJudge judge, second_judge;  ///< by hand
-
-  static constexpr std::uint64_t kOpenMagic = 0x636f72656f70656e;
-  static constexpr std::uint64_t kClosedMagic = 0x73687574636f7265;
-};
-
-namespace {
-
-using CoreCall = HandleCall<haptic_core>;
 
 int open_scene(const void* scene, std::size_t bytes, SceneView& view, PartScenes& parts,
                RtStatus& status) noexcept {
@@ -101,7 +65,7 @@ RtStatus create(haptic_core& handle, std::byte* memory, std::size_t bytes) noexc
 StepInput input_of(const haptic_core& handle, const double* pose, std::int64_t stamp_ns,
                    bool clutched) noexcept {
   StepInput input;
-  input.sequence = handle.ticks;
+  input.sequence = handle.counts.ticks;
   input.stamp_ns = stamp_ns;
   input.pose_wa = pose_of_numbers(pose);
   input.clutched = clutched;
@@ -117,7 +81,8 @@ void follow(haptic_core& handle, std::int64_t stamp_ns) noexcept {
   PartsOfCore& parts = *handle.parts;
   const std::size_t driven = parts.scenes.driven().size();
   if (driven > 0)
-    parts.hands.follow({std::span(parts.driven).first(driven), stamp_ns, handle.is_felt});
+    parts.hands.follow(
+        {std::span(parts.driven).first(driven), stamp_ns, handle.counts.is_felt != 0});
 }
 
 /// After it.
@@ -138,9 +103,12 @@ int step(haptic_core& handle, const double* pose, std::int64_t stamp_ns, bool cl
     result = handle.core->step(input);
   }
   handle.judge.take(result);
-  handle.is_felt = has_wrench(result);
+  handle.counts.is_felt = has_wrench(result) ? 1 : 0;
+  handle.last = {result.wrench_w, result.proxy_pose_wa};
+  handle.counts.was_refused = result.status != RtStatus::kOk ? 1 : 0;
   if (result.status != RtStatus::kOk) return HAPTIC_ERROR_POSE;
-  handle.ticks += 1;
+  handle.counts.ticks += 1;
+  handle.counts.last_ns = stamp_ns;
   return HAPTIC_OK;
 }
 
@@ -151,14 +119,15 @@ int step_hands(haptic_core& handle, const Hands::Each<const StepInput*>& inputs,
   results = handle.parts->hands.step(inputs);
   note_parts(handle);
   bool is_right = true;
-  handle.is_felt = false;
+  handle.counts.is_felt = 0;
   for (std::size_t k = 0; k < kMostHands; ++k) {
     if (inputs[k] == nullptr) continue;
     (k == 0 ? handle.judge : handle.second_judge).take(results[k]);
-    handle.is_felt = handle.is_felt || has_wrench(results[k]);
+    if (has_wrench(results[k])) handle.counts.is_felt = 1;
     is_right = is_right && results[k].status == RtStatus::kOk;
   }
-  handle.ticks += 1;
+  handle.counts.ticks += 1;
+  handle.counts.last_ns = stamp_ns;
   return is_right ? HAPTIC_OK : HAPTIC_ERROR_POSE;
 }
 
@@ -179,10 +148,13 @@ void put(T* to, std::size_t index, T value) noexcept {
 
 int replay_ticks(haptic_core& handle, haptic_replay& replay) noexcept {
   const double rate_hz = handle.view.parameters().rate_hz;
+  const double begin_s = handle.counts.ticks == 0
+                             ? 0.0
+                             : 1e-9 * static_cast<double>(handle.counts.last_ns) + 1 / rate_hz;
   for (std::size_t k = 0; k < replay.count; ++k) {
     replay.done = k;
     const double time_s =
-        replay.times_s != nullptr ? replay.times_s[k] : static_cast<double>(k) / rate_hz;
+        replay.times_s != nullptr ? replay.times_s[k] : begin_s + static_cast<double>(k) / rate_hz;
     if (!is_within(time_s, 0, kMostTime_s)) return HAPTIC_ERROR_NUMBER;
     StepResult result;
     const int error = step(handle, replay.poses + 7 * k, std::llround(1e9 * time_s), false, result);
@@ -237,7 +209,8 @@ int haptic_core_create(const void* scene, size_t scene_bytes, void* memory, size
     return error;
   if (memory == nullptr) return HAPTIC_ERROR_NULL;
   if (!is_aligned(memory) || bytes < memory_bytes(view, parts)) return HAPTIC_ERROR_MEMORY;
-  auto* handle = new (memory) haptic_core;  // placement, no heap
+  std::memset(memory, 0, memory_bytes(view, parts));  // a state that is saved has nothing of before
+  auto* handle = new (memory) haptic_core;            // placement, no heap
   handle->view = view;
   handle->judge = handle->second_judge = SessionJudge(view);
   std::byte* const rest = static_cast<std::byte*>(memory) + sizeof(haptic_core);
@@ -331,7 +304,8 @@ int haptic_core_reset(haptic_core* core) {
   } else {
     (*call).core->reset();
   }
-  (*call).ticks = 0;
+  (*call).counts = {};
+  (*call).last = {};
   (*call).judge.reset();
   (*call).second_judge.reset();
   return HAPTIC_OK;
@@ -393,6 +367,23 @@ int haptic_core_driven(haptic_core* core, haptic_driven* driven, size_t capacity
   if (call.error() != HAPTIC_OK) return call.error();
   *count = write_driven((*call).held, {driven, capacity});
   return *count > 0 ? HAPTIC_OK : HAPTIC_ERROR_PART;
+}
+
+int haptic_core_contacts(haptic_core* core, haptic_contact* contacts, size_t capacity,
+                         size_t contact_bytes, size_t* count, double* rest) {
+  if (const int error = check_list(contacts, capacity, contact_bytes, count); error != HAPTIC_OK)
+    return error;
+  if (rest != nullptr) std::fill_n(rest, 6, 0.0);
+  const CoreCall call(core);
+  if (call.error() != HAPTIC_OK) return call.error();
+  haptic_core& handle = *call;
+  if (handle.parts != nullptr) return HAPTIC_ERROR_PART;
+  if (handle.view.parameters().law != LawId::kProxy) return HAPTIC_ERROR_SCENE;
+  if (handle.counts.ticks == 0 || handle.counts.was_refused != 0) return HAPTIC_OK;
+  Wrench left;
+  *count = write_contacts(*handle.core, handle.view, handle.last, {contacts, capacity}, left);
+  if (rest != nullptr) write_numbers(left, rest);
+  return HAPTIC_OK;
 }
 
 int haptic_core_close(haptic_core* core) {

@@ -26,6 +26,7 @@
 #include "hal/clock/servo_clock.hpp"
 #include "tools/library/bodies.hpp"
 #include "tools/library/call.hpp"
+#include "tools/library/tick_history.hpp"
 
 extern char** environ;
 
@@ -69,13 +70,6 @@ void make_sound(SessionTick& tick) noexcept {
   v.started_inside = inside == 1;
   std::memcpy(&inside, &v.has_device, 1);
   v.has_device = inside == 1;
-}
-
-Pose handle_in(const StepTrace& trace) noexcept {
-  double pose[7];
-  std::copy_n(trace.pose_p_m, 3, pose);
-  std::copy_n(trace.pose_q_xyzw, 4, pose + 3);
-  return pose_of_numbers(pose);
 }
 
 bool fits(const SessionRange& range, std::size_t memory, std::size_t least) noexcept {
@@ -195,7 +189,19 @@ int DeviceSession::spawn(const std::string& program, int socket) {
     return error;
   }
   program_ = Descriptor(static_cast<int>(syscall(SYS_pidfd_open, pid_, 0)));
-  return program_.is_open() ? 0 : errno;
+  if (program_.is_open()) return 0;
+  const int refused = errno;
+  end_unwatched();
+  return refused;
+}
+
+// Without a thread that takes its end: killed and waited for here, so that nothing is left of it.
+// It has no device yet, which it asks for once the request has come.
+void DeviceSession::end_unwatched() noexcept {
+  (void)kill(pid_, SIGKILL);  // not reaped before: the number is its own
+  while (waitpid(pid_, nullptr, 0) < 0 && errno == EINTR) {
+  }
+  pid_ = -1;
 }
 
 int DeviceSession::start(std::string& text) {
@@ -222,7 +228,7 @@ int DeviceSession::start(std::string& text) {
     const hal::SignalsHeld held;
     thread_ = std::thread([this] { live(); });
   } catch (const std::system_error& error) {
-    kill_program();
+    end_unwatched();
     return refuse("no thread for a session", error.code().value());
   }
   lives_.wait(0);
@@ -315,7 +321,12 @@ int DeviceSession::take_hello(SessionMessage& message, std::string& text) {
 
 /// The words of a program that has ended, or will, and an error number by its exit code.
 int DeviceSession::failure_of(const std::string& program, std::string& text) {
-  if (!waits_for_end(kLongestEnd_ms)) kill_program();
+  if (!waits_for_end(kLongestEnd_ms)) {
+    kill_program();
+    text = program + ": refused, but did not end within " + std::to_string(kLongestEnd_ms / 1000) +
+           " s and was killed; try it by 'run_device run " + settings_.config + "'";
+    return HAPTIC_ERROR_SYSTEM;
+  }
   constexpr std::size_t kMostWords = 4000;
   std::string said(kMostWords, '\0');
   const ssize_t size = pread(said_.get(), said.data(), said.size(), 0);
@@ -370,7 +381,10 @@ void DeviceSession::close() noexcept {
   (void)send_message(socket_.get(), end);
   (void)shutdown(socket_.get(), SHUT_WR);  // heard also where the message found no room
   // It does not end: the process that keeps its device at zero does what is left to do.
-  if (!waits_for_end(kLongestEnd_ms)) kill_program();
+  if (!waits_for_end(kLongestEnd_ms)) {
+    was_killed_.store(true);
+    kill_program();
+  }
   thread_.join();
 }
 
@@ -404,7 +418,8 @@ SessionTick DeviceSession::tick(std::size_t process, std::size_t hand) const noe
 
 void DeviceSession::state(std::size_t hand, haptic_state& state) const noexcept {
   const bool is_over = has_ended_.load();
-  const SessionTick from = tick(status().process, hand);
+  const std::size_t process = status().process;
+  const SessionTick from = tick(process, hand);
   state = HAPTIC_STATE_INIT;
   state.tick = from.tick;
   if (from.tick > 0) state.time_s = 1e-9 * static_cast<double>(from.now_ns - opened_ns_);
@@ -421,6 +436,16 @@ void DeviceSession::state(std::size_t hand, haptic_state& state) const noexcept 
   state.late_ticks = from.late_ticks;
   state.missed_periods = from.missed_periods;
   state.longest_tick_s = 1e-9 * static_cast<double>(from.longest_tick_ns);
+  // Counts are of the session: a spare that has taken over counts from 1 on.
+  for (std::size_t p = 0; p < process; ++p) {
+    const SessionTick before = tick(p, hand);
+    state.tick += before.tick;
+    state.armings += before.armings;
+    state.late_ticks += before.late_ticks;
+    state.missed_periods += before.missed_periods;
+    state.longest_tick_s =
+        std::max(state.longest_tick_s, 1e-9 * static_cast<double>(before.longest_tick_ns));
+  }
   // The newest tick of a run that has ended is not what the device has.
   if (is_over) return;
   std::copy_n(from.sent_wrench, 6, state.sent_wrench);
@@ -454,21 +479,26 @@ void DeviceSession::device(std::size_t hand, haptic_device_status& to) const noe
   const bool is_over = has_ended_.load();
   const SessionStatus from = status();
   const SessionDeviceStatus& device = from.devices[hand];
-  // It has begun: the session would not be open.
-  to.phase = is_over ? std::uint32_t{HAPTIC_DEVICE_ENDED} : std::uint32_t{HAPTIC_DEVICE_RUNS};
+  const SessionTick newest = tick(from.process, hand);
+  to.phase = is_over                                 ? HAPTIC_DEVICE_ENDED
+             : from.process == 0 && newest.tick == 0 ? HAPTIC_DEVICE_STARTS
+                                                     : HAPTIC_DEVICE_RUNS;
   to.connects = device.connects;
   to.reports = device.reports;
   if (is_over) {
     to.exit_code = from.phase == SessionPhase::kEnded ? from.exit_code : exit_status_.load();
-    const std::string_view why = from.phase == SessionPhase::kEnded
-                                     ? text_in(from.why)
-                                     : "run_device ended without a word; the process that keeps "
-                                       "its device at zero takes the force away";
+    const std::string_view why =
+        from.phase == SessionPhase::kEnded ? text_in(from.why)
+        : was_killed_.load() ? "run_device did not end within 5 s of the close and was "
+                               "killed; the process that keeps its device at zero takes the "
+                               "force away"
+                             : "run_device ended without a word; the process that keeps "
+                               "its device at zero takes the force away";
     why.copy(to.why, sizeof to.why - 1);
     return;
   }
   to.link = std::min(device.link, 2u);
-  to.faults = device.link_faults | tick(from.process, hand).device_faults;
+  to.faults = device.link_faults | newest.device_faults;
   to.is_silent = from.is_silent;
   to.force_n = device.force_n;
   to.torque_nm = device.torque_nm;
@@ -497,55 +527,27 @@ std::size_t DeviceSession::events(std::span<haptic_event> events) const noexcept
   return count;
 }
 
-/// Ticks of each process that has rendered, oldest first. The map from the device to the scene is
-/// found again as the tick has found it: at each tick in which the part began. What came before the
-/// first of these that is kept has no map, and is left out.
+/// Ticks of each process that has rendered, oldest first.
 std::size_t DeviceSession::history(std::size_t hand, std::span<haptic_tick> ticks) const {
   const SessionHello::Device& device = hello_.of[hand];
-  StartPlace start;
-  start.place = device.finds_place != 0;
-  start.turn = device.finds_turn != 0;
-  start.pose_wa = pose_of_numbers(device.start_pose);
+  HistoryPlace place;
+  place.map = map_of(device.map);
+  place.start.place = device.finds_place != 0;
+  place.start.turn = device.finds_turn != 0;
+  place.start.pose_wa = pose_of_numbers(device.start_pose);
+  place.opened_ns = opened_ns_;
   std::vector<haptic_tick> all;
   for (std::size_t p = 0; p <= status().process; ++p) {
     const std::span<const std::byte> flight =
         ticks_[p].bytes().subspan(static_cast<std::size_t>(device.flight.begin),
                                   static_cast<std::size_t>(device.flight.bytes));
     std::vector<StepTrace> records(std::min(ticks.size(), flight.size() / sizeof(StepTrace)));
-    const std::size_t count = FlightRecorder::copy_newest(flight, records);
+    records.resize(FlightRecorder::copy_newest(flight, records));
     const SessionTick newest = tick(p, hand);
-    WorkspaceMap map = map_of(device.map);
-    bool has_map = !start.place && !start.turn;
-    for (std::size_t k = 0; k < count; ++k) {
-      const StepTrace& from = records[k];
-      const Pose sensed_dh = handle_in(from);
-      const Vec3 arm_d = handle_arm(map, sensed_dh.q_wa);
-      if (from.began != 0) {
-        map = begun_map(map_of(device.map), start, at_handle_point(sensed_dh, arm_d));
-        has_map = true;
-      } else if (!has_map && newest.began_tick != 0 && from.tick >= newest.began_tick) {
-        map = map_of(newest.map);
-        has_map = true;
-      }
-      if (!has_map) continue;
-      haptic_tick to{};
-      to.tick = from.tick;
-      to.time_s = 1e-9 * static_cast<double>(from.now_ns - opened_ns_);
-      write_numbers(mesh_pose(map, at_handle_point(sensed_dh, arm_d)), to.hand_pose);
-      std::copy_n(from.rendered_force_n, 3, to.wrench);
-      std::copy_n(from.rendered_torque_nm, 3, to.wrench + 3);
-      WrenchRecord sent;
-      for (int i = 0; i < 3; ++i) {
-        sent.force_n[i] = static_cast<Real>(from.command_force_n[i]);
-        sent.torque_nm[i] = static_cast<Real>(from.command_torque_nm[i]);
-      }
-      write_numbers(scene_wrench(map, about_handle_point(wrench_of(sent), arm_d)), to.sent_wrench);
-      to.situation = std::min<std::uint32_t>(from.situation, 6);
-      to.flags = from.step_flags;
-      to.arming = std::min<std::uint32_t>(from.arming, 4);
-      to.safety_faults = from.faults;
-      all.push_back(to);
-    }
+    place.begun = map_of(newest.map);
+    place.began_tick = newest.began_tick;
+    append_ticks(records, place, all);
+    place.ticks_before += newest.tick;
   }
   const std::size_t count = std::min(all.size(), ticks.size());
   std::copy(all.end() - static_cast<std::ptrdiff_t>(count), all.end(), ticks.begin());

@@ -83,6 +83,7 @@ class DeviceSession final : public OpenSession {
   void live() noexcept;
   [[nodiscard]] bool waits_for_end(int timeout_ms) noexcept;
   void kill_program() noexcept;
+  void end_unwatched() noexcept;
 
   DeviceSettings settings_;
   std::array<std::uint8_t, 32> scene_hash_;
@@ -97,7 +98,7 @@ class DeviceSession final : public OpenSession {
   SessionHello hello_;
   SharedView up_;
   std::array<SharedView, kSessionProcesses> ticks_;
-  std::atomic<bool> closed_{false}, has_ended_{false};
+  std::atomic<bool> closed_{false}, has_ended_{false}, was_killed_{false};
   std::atomic<int> exit_status_{-1};  ///< of waitid; -1: not known
   std::atomic<int> lives_{0};         ///< 1: the thread is there; below: it cannot be
   mutable std::mutex end_mutex_;

@@ -140,7 +140,7 @@ typedef struct haptic_core haptic_core;
 
 /// Builds a core for `scene` at the begin of `memory`. Both stay where they are until the core is
 /// closed, and nobody changes them. `memory_bytes`: haptic_scene_info.memory_bytes at least. Any
-/// thread. Cost: one pass over the scene.
+/// thread. Cost: one pass over the scene, and one over the memory.
 HAPTIC_API int haptic_core_create(const void* scene, size_t scene_bytes, void* memory,
                                   size_t memory_bytes, haptic_core** core);
 
@@ -188,13 +188,15 @@ HAPTIC_API int haptic_core_step_hands(haptic_core* core, const haptic_step_input
                                       haptic_step_output* first_output,
                                       haptic_step_output* second_output);
 
-/// Many ticks in one call, of two hands for the first. Pointers to results may be null: not wanted.
+/// Many ticks in one call, poses in and wrenches out, of two hands for the first; goes on from the
+/// last step. Pointers to results may be null: not wanted. Nothing is copied.
 typedef struct haptic_replay {
   uint32_t struct_size;
   uint32_t reserved;
   size_t count;           ///< of ticks
   const double* poses;    ///< 7 for each tick
-  const double* times_s;  ///< of each tick; null: 1 / rate_hz apart, from 0 on
+  const double* times_s;  ///< of each tick; null: 1 / rate_hz apart, on from the last tick's time,
+                          ///< of a core without ticks from 0 on
   double* wrenches;       ///< 6 for each tick
   double* felt_poses;     ///< 7 for each tick
   double* gaps_m;
@@ -289,6 +291,49 @@ HAPTIC_API int haptic_core_drive(haptic_core* core, uint32_t part, const haptic_
 /// Threads as haptic_core_step. Cost: one copy.
 HAPTIC_API int haptic_core_driven(haptic_core* core, haptic_driven* driven, size_t capacity,
                                   size_t driven_bytes, size_t* count);
+
+/// A point at which the part in the hand touches another.
+typedef struct haptic_contact {
+  double point_m[3];   ///< in W
+  double normal[3];    ///< unit, W axes, from the other part to the one in the hand
+  double force_n[3];   ///< on the part in the hand, W axes: its share of the wrench
+  uint32_t part;       ///< that it touches, by its number; the one in the hand is 0
+  uint32_t situation;  ///< of its pair of convex pieces, as in haptic_step_output
+} haptic_contact;
+
+/// The contacts of the last step, `capacity` of them at most; `*count` becomes how many there are:
+/// corners of the contact regions, 8 for each of 6 planes at most; none where the part is free or
+/// the step was refused. A core renders one wrench and knows the planes; what each point carries is
+/// not determined by that (a table on four legs), and is the share of least squares among all that
+/// push, within the cone of the scene's friction (static, where there is one). Their sum, force and
+/// torque about the felt pose's grip point, is the step's wrench but for `rest`: six numbers, or
+/// null. `rest` is below 1e-4 of the wrench where the part is at rest without friction. It is more
+/// while it moves or the force ramps: a pull that the planes do not hold; with friction, what of it
+/// is beyond a pyramid of 8 sides in the cone, and torsion about the normal of a single point; a
+/// second plane of one pair. HAPTIC_ERROR_SCENE: the scene's law is not proxy; HAPTIC_ERROR_PART:
+/// the scene has parts that the hand holds one after another, a second hand, or parts that are
+/// driven or loose. `contact_bytes`: sizeof(haptic_contact). Threads as haptic_core_step. Cost: a
+/// search of each pair that touches, and at most 48 small steps of a least-squares program.
+HAPTIC_API int haptic_core_contacts(haptic_core* core, haptic_contact* contacts, size_t capacity,
+                                    size_t contact_bytes, size_t* count, double* rest);
+
+/// Writes all that a core knows, so that another one of the same scene goes on from here with the
+/// same bits: contact history, ramps, energy, verdict. `*count` becomes how many bytes it takes;
+/// HAPTIC_ERROR_SIZE: `capacity` is less, and nothing is written; `bytes` may be null then.
+/// HAPTIC_ERROR_PART: the scene has parts that the hand holds one after another, a second hand, or
+/// parts that are driven or loose. The bytes are of this build of the library; they hold no
+/// addresses. Threads as haptic_core_step. Cost: two passes over the memory.
+HAPTIC_API int haptic_core_save(haptic_core* core, void* bytes, size_t capacity, size_t* count);
+
+/// Goes on from bytes that haptic_core_save has written. Where they are refused the core is as
+/// before, and `text`, which may be null, becomes a sentence that says why, at most text_bytes - 1
+/// characters: HAPTIC_ERROR_INPUT: they are no state, or not whole; HAPTIC_ERROR_VERSION: of
+/// another version, precision or build of this library; HAPTIC_ERROR_SCENE: of another scene;
+/// HAPTIC_ERROR_PART as haptic_core_save. A checksum finds damage, not intent: a state that was
+/// made to do harm can do as much as a program; load none from a stranger. Threads as
+/// haptic_core_step. Cost: two passes over the memory.
+HAPTIC_API int haptic_core_load(haptic_core* core, const void* bytes, size_t count, char* text,
+                                size_t text_bytes);
 
 /// The core is over: its memory may be used for something else. Until then every call gives
 /// HAPTIC_ERROR_CLOSED. Threads as haptic_core_step; constant cost.
@@ -591,8 +636,9 @@ typedef enum haptic_hold {
 typedef struct haptic_session_options {
   uint32_t struct_size;
   uint32_t hold;       ///< haptic_hold, from the start
-  const char* device;  ///< "sim": a simulated handle and hand; or the path of a configuration of
-                       ///< run_device, which ends in ".toml"
+  const char* device;  ///< "sim": a simulated handle and hand; "external": a device whose loop is
+                       ///< the caller's; or the path of a configuration of run_device, which ends
+                       ///< in ".toml"
   double rate_hz;      ///< of the loop, 50 to 10 000; 0: the scene's
   double history_s;    ///< of haptic_session_history; 0 to 3600
   int32_t priority;    ///< SCHED_FIFO of the servo thread, 1 to 99; 0: ordinary
@@ -630,6 +676,39 @@ HAPTIC_API int haptic_session_open(const void* scene, size_t scene_bytes,
 HAPTIC_API int haptic_session_open_text(const void* scene, size_t scene_bytes,
                                         const haptic_session_options* options,
                                         haptic_session** session, char* text, size_t text_bytes);
+
+/// A session on a device whose loop is the caller's: the callback of a vendor's library, a game
+/// engine, a robot's controller. options.device is "external"; haptic_session_open opens the same
+/// with HAPTIC_SERVO_OPTIONS_INIT. There is no thread: each haptic_session_tick is one tick, and
+/// the limits are those of `servo`. options.rate_hz or servo.rate_hz, not both; options.hold counts
+/// for nothing. Also HAPTIC_ERROR_NUMBER and HAPTIC_ERROR_POSE as haptic_servo_bounds_of,
+/// HAPTIC_ERROR_PART: the scene has two hands. Threads and cost as haptic_session_open.
+HAPTIC_API int haptic_session_open_external(const void* scene, size_t scene_bytes,
+                                            const haptic_session_options* options,
+                                            const haptic_servo_options* servo,
+                                            haptic_session** session, char* text,
+                                            size_t text_bytes);
+
+/// One tick of such a session, of the device's loop: all that haptic_servo_tick says of numbers,
+/// wrench, faults and ramps holds. Other threads may be in any other function of the session, but
+/// haptic_session_free. What other threads do takes effect in the next tick: a stop, the pose of
+/// fixed or driven parts (stamped with the time of the newest tick), another part in the hand. A
+/// loop that calls no more gets no new wrench: the device's own watchdog takes the last one away
+/// (haptic_servo_bounds.longest_ramp_s), and haptic_session_device says it. After
+/// haptic_session_close the ticks ramp to zero; once it is reached they give HAPTIC_ERROR_CLOSED:
+/// end the loop. With any error `wrench` is zero. HAPTIC_ERROR_BUSY: another thread is in this
+/// function; HAPTIC_ERROR_DEVICE: the session's loop is its own. Cost: bounded, as
+/// haptic_servo_tick; nothing is allocated.
+HAPTIC_API int haptic_session_tick(haptic_session* session, const haptic_servo_input* input,
+                                   haptic_servo_output* output);
+
+/// As haptic_core_contacts, of the newest tick of a device whose loop is the caller's and of what
+/// is rendered there, before arming and limits; in W, where the fixed parts have been moved too.
+/// HAPTIC_ERROR_DEVICE: another device, whose ticks are in another thread or process. Threads as
+/// haptic_session_tick: a second one, or a tick meanwhile, gets HAPTIC_ERROR_BUSY.
+HAPTIC_API int haptic_session_contacts(haptic_session* session, haptic_contact* contacts,
+                                       size_t capacity, size_t contact_bytes, size_t* count,
+                                       double* rest);
 
 /// The newest tick.
 typedef struct haptic_state {
@@ -669,9 +748,9 @@ HAPTIC_API int haptic_session_state_of(const haptic_session* session, uint32_t h
 
 /// Phase of a session's device.
 typedef enum haptic_device_phase {
-  HAPTIC_DEVICE_STARTS = 0,
-  HAPTIC_DEVICE_RUNS = 1,  ///< the loop ticks; the device may be away: haptic_device_status.link
-  HAPTIC_DEVICE_ENDED = 2  ///< for good: closed, refused or lost; there is no force any more
+  HAPTIC_DEVICE_STARTS = 0,  ///< the loop has not ticked yet
+  HAPTIC_DEVICE_RUNS = 1,    ///< the loop ticks; the device may be away: haptic_device_status.link
+  HAPTIC_DEVICE_ENDED = 2    ///< for good: closed, refused or lost; there is no force any more
 } haptic_device_phase;
 
 /// The device of a hand.
@@ -764,7 +843,7 @@ HAPTIC_API int haptic_session_history_of(const haptic_session* session, uint32_t
                                          haptic_tick* ticks, size_t capacity, size_t tick_bytes,
                                          size_t* count);
 
-/// Where a simulated hand goes.
+/// Where a simulated hand goes; a hand on a device is a person's (HAPTIC_ERROR_DEVICE).
 typedef struct haptic_hand_goal {
   uint32_t struct_size;
   uint32_t hand;   ///< which, from 0 on
@@ -809,7 +888,8 @@ HAPTIC_API int haptic_session_bodies(const haptic_session* session, haptic_body*
 /// where they are, the force ramps to zero (haptic_state.safety_faults, 1 << 13), and once it is
 /// zero they are at the newest pose; the deadman switch must be pressed again. A first pose that is
 /// far from W does the same where the hand is held: give it before, with options.hold
-/// HAPTIC_RELEASE. Any thread; a second one waits, the servo thread never does. Constant cost.
+/// HAPTIC_RELEASE. HAPTIC_ERROR_DEVICE: the device of a configuration has ended for good. Any
+/// thread; a second one waits, the servo thread never does. Constant cost.
 HAPTIC_API int haptic_session_frame(haptic_session* session, const haptic_frame* frame);
 
 /// As haptic_core_drive, now. A lost one that touches the part in the hand is the same cause for
@@ -827,8 +907,10 @@ HAPTIC_API int haptic_session_driven(const haptic_session* session, haptic_drive
 HAPTIC_API int haptic_session_stop(haptic_session* session);
 
 /// Orderly end: the force ramps to zero, the device is closed, the threads end. State and history
-/// can still be read; every other call gives HAPTIC_ERROR_CLOSED. Any thread; a second one waits.
-/// Cost: up to half a second.
+/// can still be read; every other call gives HAPTIC_ERROR_CLOSED. Of a device whose loop is the
+/// caller's it waits for the ticks that ramp to zero, where that loop is another thread's and goes
+/// on; else they come after it (haptic_session_tick). Any thread; a second one waits. Cost: up to
+/// half a second; of a configuration up to 5 s where run_device has to be killed.
 HAPTIC_API int haptic_session_close(haptic_session* session);
 
 /// Closes, gives the memory back and sets `*session` to null; null already: nothing happens. No

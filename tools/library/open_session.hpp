@@ -9,6 +9,7 @@
 #include <mutex>
 #include <span>
 
+#include "rt_core/base/pose.hpp"
 #include "tools/library/haptic.h"
 #include "tools/verdict/session_judge.hpp"
 
@@ -22,6 +23,16 @@ class OpenSession {
   OpenSession(const OpenSession&) = delete;
   OpenSession& operator=(const OpenSession&) = delete;
 
+  /// Of a device whose loop is the caller's: one tick. HAPTIC_ERROR_DEVICE: the loop is the
+  /// session's.
+  [[nodiscard]] virtual int tick(const haptic_servo_input& /*input*/,
+                                 haptic_servo_output& /*output*/) noexcept {
+    return HAPTIC_ERROR_DEVICE;
+  }
+  [[nodiscard]] virtual int contacts(std::span<haptic_contact> /*contacts*/, std::size_t& /*count*/,
+                                     Wrench& /*rest*/) noexcept {
+    return HAPTIC_ERROR_DEVICE;
+  }
   virtual void close() noexcept = 0;
   [[nodiscard]] virtual bool closed() const noexcept = 0;
   /// Devices, and hands that are led.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Group session: a device, by the loop in threads of this process or by run_device.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -9,6 +10,7 @@
 
 #include "tools/library/call.hpp"
 #include "tools/library/device_session.hpp"
+#include "tools/library/external_session.hpp"
 #include "tools/library/simulated_session.hpp"
 
 using namespace haptic;
@@ -43,7 +45,11 @@ int check_open(const haptic_session* session) noexcept {
 /// Memory that the history of a session may take.
 constexpr std::size_t kMostHistoryBytes = std::size_t{1} << 30;
 
-constexpr const char* kSimulated = "sim";
+constexpr const char *kSimulated = "sim", *kExternal = "external";
+
+bool is_external(const haptic_session_options& options) noexcept {
+  return std::strcmp(options.device, kExternal) == 0;
+}
 
 bool is_configuration(const haptic_session_options& options) noexcept {
   return std::string_view(options.device).ends_with(".toml");
@@ -52,10 +58,12 @@ bool is_configuration(const haptic_session_options& options) noexcept {
 int check_options(const haptic_session_options* options, std::string& text) {
   if (const int error = check_structure(options); error != HAPTIC_OK) return error;
   if (options->device == nullptr) return HAPTIC_ERROR_NULL;
-  const bool is_named = std::strcmp(options->device, kSimulated) == 0 || is_configuration(*options);
+  const bool is_named = std::strcmp(options->device, kSimulated) == 0 || is_external(*options) ||
+                        is_configuration(*options);
   if (!is_named) {
     text = "no device '" + std::string(options->device) +
-           "'; give \"sim\", or the path of a configuration of run_device, which ends in .toml";
+           "'; give \"sim\", \"external\", or the path of a configuration of run_device, which "
+           "ends in .toml";
     return HAPTIC_ERROR_DEVICE;
   }
   const bool rate = options->rate_hz == 0 || is_within(options->rate_hz, 50, 10'000);
@@ -67,6 +75,10 @@ int check_options(const haptic_session_options* options, std::string& text) {
     text = std::string(options->device) +
            ": says rate and priority itself ([loop]); leave rate_hz and priority 0";
     return HAPTIC_ERROR_NUMBER;
+  }
+  if (is_external(*options) && (options->priority > 0 || options->hands > 1)) {
+    text = "external: the loop is the caller's, of one device; leave priority 0 and hands 0 or 1";
+    return options->priority > 0 ? HAPTIC_ERROR_NUMBER : HAPTIC_ERROR_PART;
   }
   return HAPTIC_OK;
 }
@@ -108,20 +120,70 @@ int open_device(const SceneBytes& scene, const SceneView& view,
   return error;
 }
 
+int open_external(const SceneBytes& scene, const SceneView& view,
+                  const haptic_session_options& options, const haptic_servo_options& given,
+                  std::unique_ptr<OpenSession>& opened, std::string& text) {
+  PartScenes parts;
+  if (PartScenes::open(view, parts) != RtStatus::kOk) return HAPTIC_ERROR_SCENE;
+  if (parts.count() > 0 && parts.hands() > 1) {
+    text = "external: the scene has two hands, and the caller's loop has one device";
+    return HAPTIC_ERROR_PART;
+  }
+  haptic_servo_options servo = given;
+  if (servo.rate_hz > 0 && options.rate_hz > 0) {
+    text = "external: rate_hz is given twice; give it in one of the options";
+    return HAPTIC_ERROR_NUMBER;
+  }
+  servo.rate_hz = std::max(servo.rate_hz, options.rate_hz);
+  const double rate_hz = servo.rate_hz > 0 ? servo.rate_hz : view.parameters().rate_hz;
+  if (!is_within(rate_hz, 50, 10'000) || FlightRecorder::bytes_for(static_cast<std::size_t>(
+                                             options.history_s * rate_hz)) > kMostHistoryBytes)
+    return HAPTIC_ERROR_NUMBER;
+  opened = std::make_unique<ExternalSession>(scene.span(), servo, options.history_s);
+  return HAPTIC_OK;
+}
+
+/// `servo`: of a device whose loop is the caller's; null: the defaults.
 int open_session(const void* scene, std::size_t scene_bytes, const haptic_session_options* options,
-                 haptic_session** session, std::string& text) {
+                 const haptic_servo_options* servo, haptic_session** session, std::string& text) {
   if (const int error = check_options(options, text); error != HAPTIC_OK) return error;
+  const haptic_servo_options defaults = HAPTIC_SERVO_OPTIONS_INIT;
+  if (servo != nullptr && !is_external(*options)) {
+    text = "the servo's options are those of device \"external\"";
+    return HAPTIC_ERROR_DEVICE;
+  }
+  if (servo == nullptr) servo = &defaults;
+  if (const int error = tools::check_options(servo); error != HAPTIC_OK) return error;
   if (scene == nullptr) return HAPTIC_ERROR_NULL;
   if (scene_bytes == 0) return HAPTIC_ERROR_SIZE;
   const SceneBytes aligned(std::span(static_cast<const std::byte*>(scene), scene_bytes));
   SceneView view;
   if (SceneView::open(aligned.span(), view) != RtStatus::kOk) return HAPTIC_ERROR_SCENE;
   auto opened = std::make_unique<haptic_session>();
-  const int error = is_configuration(*options)
-                        ? open_device(aligned, view, *options, opened->loop, text)
-                        : open_simulated(aligned, view, *options, opened->loop);
+  const int error =
+      is_configuration(*options) ? open_device(aligned, view, *options, opened->loop, text)
+      : is_external(*options) ? open_external(aligned, view, *options, *servo, opened->loop, text)
+                              : open_simulated(aligned, view, *options, opened->loop);
   if (error == HAPTIC_OK) *session = opened.release();
   return error;
+}
+
+int open_with_text(const void* scene, std::size_t scene_bytes,
+                   const haptic_session_options* options, const haptic_servo_options* servo,
+                   haptic_session** session, char* text, std::size_t text_bytes) {
+  if (session == nullptr) return HAPTIC_ERROR_NULL;
+  *session = nullptr;
+  if (text == nullptr) return HAPTIC_ERROR_NULL;
+  if (text_bytes == 0) return HAPTIC_ERROR_SIZE;
+  text[0] = '\0';
+  return guarded([&]() -> int {
+    std::string why;
+    const int error = open_session(scene, scene_bytes, options, servo, session, why);
+    if (error == HAPTIC_OK) return error;
+    if (why.empty()) why = haptic_error_text(error);
+    text[why.copy(text, text_bytes - 1)] = '\0';
+    return error;
+  });
 }
 
 }  // namespace
@@ -132,26 +194,45 @@ int haptic_session_open(const void* scene, size_t scene_bytes,
   *session = nullptr;
   return guarded([&]() -> int {
     std::string text;
-    return open_session(scene, scene_bytes, options, session, text);
+    return open_session(scene, scene_bytes, options, nullptr, session, text);
   });
 }
 
 int haptic_session_open_text(const void* scene, size_t scene_bytes,
                              const haptic_session_options* options, haptic_session** session,
                              char* text, size_t text_bytes) {
+  return open_with_text(scene, scene_bytes, options, nullptr, session, text, text_bytes);
+}
+
+int haptic_session_open_external(const void* scene, size_t scene_bytes,
+                                 const haptic_session_options* options,
+                                 const haptic_servo_options* servo, haptic_session** session,
+                                 char* text, size_t text_bytes) {
   if (session == nullptr) return HAPTIC_ERROR_NULL;
   *session = nullptr;
-  if (text == nullptr) return HAPTIC_ERROR_NULL;
-  if (text_bytes == 0) return HAPTIC_ERROR_SIZE;
-  text[0] = '\0';
-  return guarded([&]() -> int {
-    std::string why;
-    const int error = open_session(scene, scene_bytes, options, session, why);
-    if (error == HAPTIC_OK) return error;
-    if (why.empty()) why = haptic_error_text(error);
-    text[why.copy(text, text_bytes - 1)] = '\0';
+  if (servo == nullptr) return HAPTIC_ERROR_NULL;
+  return open_with_text(scene, scene_bytes, options, servo, session, text, text_bytes);
+}
+
+int haptic_session_tick(haptic_session* session, const haptic_servo_input* input,
+                        haptic_servo_output* output) {
+  if (const int error = check_structure(output); error != HAPTIC_OK) return error;
+  *output = HAPTIC_SERVO_OUTPUT_INIT;
+  if (const int error = check_structure(input); error != HAPTIC_OK) return error;
+  if (const int error = check_handle(session); error != HAPTIC_OK) return error;
+  return session->loop->tick(*input, *output);
+}
+
+int haptic_session_contacts(haptic_session* session, haptic_contact* contacts, size_t capacity,
+                            size_t contact_bytes, size_t* count, double* rest) {
+  if (const int error = check_list(contacts, capacity, contact_bytes, count); error != HAPTIC_OK)
     return error;
-  });
+  if (rest != nullptr) std::fill_n(rest, 6, 0.0);
+  if (const int error = check_open(session); error != HAPTIC_OK) return error;
+  Wrench left;
+  const int error = session->loop->contacts({contacts, capacity}, *count, left);
+  if (error == HAPTIC_OK && rest != nullptr) write_numbers(left, rest);
+  return error;
 }
 
 int haptic_session_state(const haptic_session* session, haptic_state* state) {

@@ -3,22 +3,17 @@
 /// A device of a session: the simulated handle with the hand on it, driver, link and its thread,
 /// and what the newest tick was for it.
 
-#include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "hal/drivers/reference_driver.hpp"
 #include "hal/local/local_link.hpp"
 #include "hal/realtime/servo_loop.hpp"
 #include "hal/usb/usb_thread.hpp"
-#include "rt_core/exchange/newest_record.hpp"
 #include "rt_core/servo_tick.hpp"
-#include "tools/common/scene_bytes.hpp"
-#include "tools/library/bodies.hpp"
 #include "tools/library/guided_hand.hpp"
 #include "tools/library/haptic.h"
+#include "tools/library/tick_notes.hpp"
 #include "tools/run_device/simulated_peer.hpp"
-#include "tools/verdict/session_judge.hpp"
 
 namespace haptic::tools {
 
@@ -28,7 +23,7 @@ struct LineSettings {
   int priority = 0;  ///< of the servo thread
 };
 
-/// Owner: that of the session. `state`, `verdict` and `history` from any thread.
+/// Owner: that of the session. `notes` are for any thread to read.
 class SessionLine {
  public:
   /// `scene`: of the part that the hand holds; it outlives this.
@@ -45,31 +40,19 @@ class SessionLine {
 
   [[nodiscard]] const hal::DeviceMailbox& mailbox() const noexcept { return mailbox_; }
   [[nodiscard]] const ServoParameters& parameters() const noexcept { return parameters_; }
-  [[nodiscard]] FlightRecorder& recorder() noexcept { return recorder_; }
+  [[nodiscard]] FlightRecorder& recorder() noexcept { return notes_.recorder(); }
+  [[nodiscard]] const TickNotes& notes() const noexcept { return notes_; }
 
-  /// Servo thread. What is not of the device is in `newest` already: parts, and the time.
+  /// Servo thread.
   void note(const ServoInput& input, const ServoResult& result,
             const hal::ServoLoopCounters& counters, std::int64_t opened_ns,
             const HeldNow& held) noexcept;
 
-  void state(haptic_state& state) const noexcept;
-  [[nodiscard]] SessionVerdict verdict() const noexcept;
-  [[nodiscard]] HeldNow held() const noexcept;
-  [[nodiscard]] std::size_t history(std::span<haptic_tick> ticks, std::int64_t opened_ns) const;
   /// `pose`: of A in W. @return the number of the goal.
   std::uint64_t move_hand(const double* pose, double seconds) noexcept;
   void hold(haptic_hold hold) noexcept;
 
  private:
-  /// As the servo thread leaves it after a tick.
-  struct NewestTick {
-    haptic_state state;
-    SessionVerdict verdict;
-    HeldNow held;
-  };
-  static_assert(sizeof(NewestTick) % sizeof(RecordWord) == 0);
-
-  SceneBytes history_memory_;
   hal::ReferenceDriver driver_;
   ServoParameters parameters_;
   hal::MailboxMemory mailbox_;
@@ -78,10 +61,7 @@ class SessionLine {
   SimulatedPeer peer_;
   hal::LocalLink link_;
   hal::UsbThread thread_;
-  FlightRecorder recorder_;
-  SessionJudge judge_;  ///< servo thread
-  NewestRecord<NewestTick> newest_;
-  NewestWriter<NewestTick> newest_writer_{newest_};
+  TickNotes notes_;
 };
 
 }  // namespace haptic::tools

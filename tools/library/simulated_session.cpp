@@ -17,23 +17,6 @@
 namespace haptic::tools {
 namespace {
 
-std::unique_ptr<HeldParts> parts_in(const SceneView& view) {
-  std::unique_ptr<HeldParts> parts;
-  if (HeldParts::open(view, parts) != RtStatus::kOk)
-    throw std::logic_error("the parts of a scene that was opened are refused");
-  return parts;
-}
-
-/// Null: its parts have cores of their own.
-HapticCore* core_in(SceneBytes& memory, const SceneView& view, const HeldParts* parts) {
-  HapticCore* core = nullptr;
-  if (parts != nullptr) return core;
-  memory = SceneBytes(HapticCore::state_bytes(view));
-  if (HapticCore::create(memory.span(), view, core) != RtStatus::kOk)
-    throw std::logic_error("the core refuses a scene that was opened");
-  return core;
-}
-
 SceneView view_of(const SceneBytes& scene) {
   SceneView view;
   if (SceneView::open(scene.span(), view) != RtStatus::kOk)
@@ -64,19 +47,12 @@ SceneBytes rendered_scene(std::span<const std::byte> scene, std::int64_t period_
   return lowered.empty() ? std::move(bytes) : std::move(held);
 }
 
-hal::ServoLoopSettings loop_settings(const SessionSettings& settings,
-                                     const NewestRecord<FrameRecord>& frames,
-                                     std::span<const NewestRecord<FrameRecord>> driven) {
+hal::ServoLoopSettings loop_settings(const SessionSettings& settings, const SessionParts& parts) {
   hal::ServoLoopSettings loop;
   loop.period_ns = settings.period_ns;
-  loop.frames = &frames;
-  loop.driven = driven;
+  loop.frames = &parts.frames();
+  loop.driven = parts.driven_records();
   return loop;
-}
-
-std::span<const NewestRecord<FrameRecord>> driven_in(
-    const HeldParts* parts, std::span<const NewestRecord<FrameRecord>> records) {
-  return records.first(parts != nullptr ? parts->scenes.driven().size() : 0);
 }
 
 }  // namespace
@@ -87,11 +63,9 @@ SimulatedSession::SimulatedSession(std::span<const std::byte> scene,
       scene_(
           rendered_scene(scene, settings.period_ns, asked_n_per_m_, asked_nm_per_rad_, lowered_)),
       view_(view_of(scene_)),
-      parts_(parts_in(view_)),
-      core_(core_in(core_memory_, view_, parts_.get())) {
-  for (std::size_t k = 0; k < driven_.size(); ++k) driven_streams_[k].writer.emplace(driven_[k]);
+      parts_(view_) {
   for (std::size_t k = 0; k < settings.devices; ++k) {
-    const SceneView& held = k == 0 ? view_ : parts_->hands.hand(1).scene();
+    const SceneView& held = k == 0 ? view_ : parts_.parts()->hands.hand(1).scene();
     lines_.push_back(std::make_unique<SessionLine>(
         held, LineSettings{settings.period_ns, settings.history_s, settings.priority}));
   }
@@ -99,20 +73,20 @@ SimulatedSession::SimulatedSession(std::span<const std::byte> scene,
 }
 
 void SimulatedSession::make_loop() {
-  const hal::ServoLoopSettings settings =
-      loop_settings(settings_, frames_, driven_in(parts_.get(), driven_));
+  const hal::ServoLoopSettings settings = loop_settings(settings_, parts_);
   SessionLine& first = *lines_[0];
+  HeldParts* const parts = parts_.parts();
   if (lines_.size() > 1) {
     SessionLine& second = *lines_[1];
-    two_tick_.emplace(parts_->hands, std::array{first.parameters(), second.parameters()},
+    two_tick_.emplace(parts->hands, std::array{first.parameters(), second.parameters()},
                       std::array{&first.recorder(), &second.recorder()});
     loop_.emplace(*two_tick_, std::array{&first.mailbox(), &second.mailbox()}, settings);
     loop_->watch(&SimulatedSession::watch_second, this, 1);
   } else {
-    if (parts_ != nullptr) {
-      tick_.emplace(parts_->hand(), first.parameters(), &first.recorder());
+    if (parts != nullptr) {
+      tick_.emplace(parts->hand(), first.parameters(), &first.recorder());
     } else {
-      tick_.emplace(*core_, first.parameters(), view_.header().capacity, &first.recorder());
+      tick_.emplace(*parts_.core(), first.parameters(), view_.header().capacity, &first.recorder());
     }
     loop_.emplace(*tick_, first.mailbox(), settings);
   }
@@ -153,7 +127,7 @@ int SimulatedSession::start() {
       while (now.link != static_cast<std::uint32_t>(LinkState::kReady) &&
              hal::monotonic_ns() - opened_ns_ < kLongestStart_ns) {
         (void)hal::sleep_until(hal::monotonic_ns() + settings_.period_ns);
-        line->state(now);
+        line->notes().state(now);
       }
     }
     for (const auto& line : lines_) line->hold(settings_.hold);
@@ -182,11 +156,7 @@ void SimulatedSession::watch_second(void* self, const ServoInput& input,
 // On the servo thread. The counters of the loop are those of the tick before.
 void SimulatedSession::note(std::size_t hand, const ServoInput& input,
                             const ServoResult& result) noexcept {
-  HeldNow held;
-  write_numbers(result.frame_wf, held.frame_pose);
-  if (parts_ != nullptr) note_holds(parts_->hands, held);
-  if (parts_ != nullptr) note_driven(parts_->hand(), held);
-  lines_[hand]->note(input, result, loop_->counters(), opened_ns_, held);
+  lines_[hand]->note(input, result, loop_->counters(), opened_ns_, parts_.after(result));
 }
 
 void SimulatedSession::gains(haptic_gains& gains) const noexcept {
@@ -203,8 +173,10 @@ void SimulatedSession::gains(haptic_gains& gains) const noexcept {
 void SimulatedSession::device(std::size_t hand, haptic_device_status& status) const noexcept {
   status = HAPTIC_DEVICE_STATUS_INIT;
   haptic_state now = HAPTIC_STATE_INIT;
-  lines_[hand]->state(now);
-  status.phase = closed() ? HAPTIC_DEVICE_ENDED : HAPTIC_DEVICE_RUNS;
+  lines_[hand]->notes().state(now);
+  status.phase = closed()        ? HAPTIC_DEVICE_ENDED
+                 : now.tick == 0 ? HAPTIC_DEVICE_STARTS
+                                 : HAPTIC_DEVICE_RUNS;
   status.link = closed() ? 0 : now.link;
   status.faults = now.device_faults;
   if (closed()) return;
@@ -212,67 +184,13 @@ void SimulatedSession::device(std::size_t hand, haptic_device_status& status) co
   status.torque_nm = std::hypot(now.sent_wrench[3], now.sent_wrench[4], now.sent_wrench[5]);
 }
 
-int SimulatedSession::hold_part(std::uint32_t part) {
-  if (parts_ == nullptr || part >= parts_->scenes.count() || !parts_->scenes.may_be_taken(part))
-    return HAPTIC_ERROR_PART;
-  constexpr std::int64_t kLongestRamp_ns = 2'000'000'000;
-  const std::int64_t until_ns = hal::monotonic_ns() + kLongestRamp_ns;
-  while (true) {
-    if (const int error = go_on_to(part); error != HAPTIC_ERROR_BUSY) return error;
-    if (closed() || hal::monotonic_ns() >= until_ns) return HAPTIC_ERROR_BUSY;
-    (void)hal::sleep_until(hal::monotonic_ns() + settings_.period_ns);
-  }
-}
-
-/// Does what can be done now on the way to holding `part`. HAPTIC_ERROR_BUSY: it is not all.
-int SimulatedSession::go_on_to(std::uint32_t part) {
-  const std::lock_guard lock(part_mutex_);
-  PartHand& hand = parts_->hand();
-  switch (hand.phase()) {
-    case PartHand::Phase::kEmpty:
-      // Its scene was opened before, and a pose that was felt is a pose.
-      return hand.prepare(part) == RtStatus::kOk ? HAPTIC_OK : HAPTIC_ERROR_INTERNAL;
-    case PartHand::Phase::kHolding:
-      if (hand.part() == part) return HAPTIC_OK;
-      hand.release();
-      break;
-    case PartHand::Phase::kLettingGo:
-    case PartHand::Phase::kPrepared:
-      break;
-  }
-  return HAPTIC_ERROR_BUSY;
-}
-
-int SimulatedSession::release_part() {
-  if (parts_ == nullptr || parts_->scenes.holds_throughout()) return HAPTIC_ERROR_PART;
-  const std::lock_guard lock(part_mutex_);
-  parts_->hand().release();
-  return HAPTIC_OK;
-}
-
-std::size_t SimulatedSession::bodies(std::span<haptic_body> bodies) const {
-  if (parts_ == nullptr) return 0;
-  const std::lock_guard lock(part_mutex_);
-  return write_bodies(parts_->scenes, parts_->hand(), lines_[0]->held(), bodies);
-}
-
 int SimulatedSession::move_fixed(const haptic_frame& frame) {
-  frame_ = next_record(frame_, frame, hal::monotonic_ns());
-  frame_writer_.publish(frame_);
+  parts_.move_fixed(frame, hal::monotonic_ns());
   return HAPTIC_OK;
 }
 
 int SimulatedSession::drive(std::uint32_t part, const haptic_frame& frame) {
-  const std::uint32_t k = parts_ != nullptr ? driven_of(parts_->scenes, part) : kMostDriven;
-  if (k == kMostDriven || !is_owned(parts_->scenes, part)) return HAPTIC_ERROR_PART;
-  DrivenStream& stream = driven_streams_[k];
-  stream.last = next_record(stream.last, frame, hal::monotonic_ns());
-  stream.writer->publish(stream.last);
-  return HAPTIC_OK;
-}
-
-std::size_t SimulatedSession::driven(std::span<haptic_driven> driven) const noexcept {
-  return write_driven(lines_[0]->held(), driven);
+  return parts_.drive(part, frame, hal::monotonic_ns());
 }
 
 void SimulatedSession::stop() noexcept {

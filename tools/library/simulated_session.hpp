@@ -4,11 +4,9 @@
 /// from goal to goal, or on two of them, one for each hand of the scene: driver, link, output
 /// guard, tick and loop are those of run_device.
 
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,15 +14,13 @@
 #include <vector>
 
 #include "hal/realtime/servo_loop.hpp"
-#include "rt_core/exchange/newest_record.hpp"
 #include "rt_core/servo_tick.hpp"
 #include "rt_core/two_hand_tick.hpp"
-#include "tools/common/held_parts.hpp"
 #include "tools/common/scene_bytes.hpp"
-#include "tools/library/bodies.hpp"
 #include "tools/library/haptic.h"
 #include "tools/library/open_session.hpp"
 #include "tools/library/session_line.hpp"
+#include "tools/library/session_parts.hpp"
 #include "tools/verdict/session_judge.hpp"
 
 namespace haptic::tools {
@@ -52,13 +48,13 @@ class SimulatedSession final : public OpenSession {
   [[nodiscard]] std::size_t count() const noexcept override { return lines_.size(); }
 
   void state(std::size_t hand, haptic_state& state) const noexcept override {
-    lines_[hand]->state(state);
+    lines_[hand]->notes().state(state);
   }
   [[nodiscard]] SessionVerdict verdict(std::size_t hand) const noexcept override {
-    return lines_[hand]->verdict();
+    return lines_[hand]->notes().verdict();
   }
   [[nodiscard]] std::size_t history(std::size_t hand, std::span<haptic_tick> ticks) const override {
-    return lines_[hand]->history(ticks, opened_ns_);
+    return lines_[hand]->notes().history(ticks, opened_ns_);
   }
   void gains(haptic_gains& gains) const noexcept override;
   void device(std::size_t hand, haptic_device_status& status) const noexcept override;
@@ -74,20 +70,21 @@ class SimulatedSession final : public OpenSession {
     lines_[hand]->hold(hold);
     return HAPTIC_OK;
   }
-  /// Lets go of what is held and waits until the hand is empty, 2 s at most; the next tick takes
-  /// `part`. HAPTIC_OK; HAPTIC_ERROR_PART; HAPTIC_ERROR_BUSY: it has not let go. Any thread.
-  [[nodiscard]] int hold_part(std::uint32_t part) override;
-  [[nodiscard]] int release_part() override;
-  [[nodiscard]] std::size_t bodies(std::span<haptic_body> bodies) const override;
-  /// The fixed parts are there; a pose that is none takes the force away.
+  [[nodiscard]] int hold_part(std::uint32_t part) override {
+    return parts_.hold_part(part, settings_.period_ns, closed_);
+  }
+  [[nodiscard]] int release_part() override { return parts_.release_part(); }
+  [[nodiscard]] std::size_t bodies(std::span<haptic_body> bodies) const override {
+    return parts_.bodies(lines_[0]->notes().held(), bodies);
+  }
   [[nodiscard]] int move_fixed(const haptic_frame& frame) override;
-  /// The driven part is there. HAPTIC_ERROR_PART: no such part is driven.
   [[nodiscard]] int drive(std::uint32_t part, const haptic_frame& frame) override;
-  [[nodiscard]] std::size_t driven(std::span<haptic_driven> driven) const noexcept override;
+  [[nodiscard]] std::size_t driven(std::span<haptic_driven> driven) const noexcept override {
+    return write_driven(lines_[0]->notes().held(), driven);
+  }
   void stop() noexcept override;
 
  private:
-  [[nodiscard]] int go_on_to(std::uint32_t part);
   static void watch_first(void* self, const ServoInput& input, const ServoResult& result);
   static void watch_second(void* self, const ServoInput& input, const ServoResult& result);
   void note(std::size_t hand, const ServoInput& input, const ServoResult& result) noexcept;
@@ -96,21 +93,9 @@ class SimulatedSession final : public OpenSession {
   SessionSettings settings_;
   double asked_n_per_m_ = 0, asked_nm_per_rad_ = 0;  ///< stiffness of the scene as it was given
   std::string lowered_;  ///< why less is rendered; empty: it is rendered
-  SceneBytes scene_, core_memory_;
+  SceneBytes scene_;
   SceneView view_;
-  std::unique_ptr<HeldParts> parts_;  ///< null: the scene has one moving part
-  HapticCore* core_ = nullptr;        ///< null: the scene has parts
-  mutable std::mutex part_mutex_;     ///< of their hand, between ticks
-  FrameRecord frame_;
-  NewestRecord<FrameRecord> frames_;
-  NewestWriter<FrameRecord> frame_writer_{frames_};
-  /// Stream of a driven part, by their order.
-  struct DrivenStream {
-    FrameRecord last;
-    std::optional<NewestWriter<FrameRecord>> writer;
-  };
-  std::array<NewestRecord<FrameRecord>, kMostDriven> driven_;
-  std::array<DrivenStream, kMostDriven> driven_streams_;
+  SessionParts parts_;
   std::vector<std::unique_ptr<SessionLine>> lines_;  ///< by hand
   std::optional<ServoTick> tick_;
   std::optional<TwoHandTick> two_tick_;  ///< one of the two
