@@ -18,20 +18,23 @@ by the system's loader.
 
 from ._library import HapticError, Message, version
 from .planning import Plan, PlanError, plan
-from .scene import Body, CompileError, Core, Driven, Part, Replay, Scene, StepResult, Verdict, compile
-from .session import FAULT_FRAME, DeviceStatus, Event, Hand, Session, State
+from .scene import Body, CompileError, Contact, Contacts, Core, Driven, Part, Replay, Scene, StepResult, Verdict, compile
+from .session import FAULT_FRAME, DeviceStatus, Event, Hand, Limits, Session, State, Tick
 
 __version__ = version()
 __all__ = [
     "FAULT_FRAME",
     "Body",
     "CompileError",
+    "Contact",
+    "Contacts",
     "Core",
     "DeviceStatus",
     "Driven",
     "Event",
     "Hand",
     "HapticError",
+    "Limits",
     "Message",
     "Part",
     "Plan",
@@ -41,6 +44,7 @@ __all__ = [
     "Session",
     "State",
     "StepResult",
+    "Tick",
     "Verdict",
     "compile",
     "plan",

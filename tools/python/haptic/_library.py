@@ -22,7 +22,8 @@ from dataclasses import dataclass
 from typing import Any, Sequence
 
 ALIGNMENT = 64
-OK, CLOSED, BUSY, POSE, INPUT, INTERNAL, NO_PART = 0, 4, 6, 8, 11, 15, 17
+OK, SIZE, CLOSED, BUSY, POSE, INPUT, INTERNAL, NO_PART = 0, 2, 4, 6, 8, 11, 15, 17
+MOST_CONTACTS = 48  #: of a tick
 MOST_PARTS = 64  #: of a scene whose parts the hand holds one after another
 RELEASE, HOLD, HOLD_AGAIN = 0, 1, 2
 
@@ -310,6 +311,78 @@ class EventOutput(Structure):
     ]
 
 
+class ContactOutput(Structure):
+    _fields_ = [
+        ("point_m", c_double * 3),
+        ("normal", c_double * 3),
+        ("force_n", c_double * 3),
+        ("part", c_uint32),
+        ("situation", c_uint32),
+    ]
+
+
+class ServoOptions(_Sized):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("deadman", c_uint32),
+        ("clutch", c_uint32),
+        ("emergency_stop", c_uint32),
+        ("driven_axes", c_uint32),
+        ("is_absolute", c_uint32),
+        ("rate_hz", c_double),
+        ("scale", c_double),
+        ("rotation", c_double * 4),
+        ("offset_m", c_double * 3),
+        ("part_rotation", c_double * 4),
+        ("max_force_n", c_double),
+        ("max_torque_nm", c_double),
+        ("slew_n_per_s", c_double),
+        ("slew_nm_per_s", c_double),
+        ("ramp_in_s", c_double),
+        ("jump_speed_m_per_s", c_double),
+        ("jump_turn_rad_per_s", c_double),
+    ]
+
+
+class ServoInput(_Sized):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("ready", c_uint32),
+        ("switches", c_uint32),
+        ("has_twist", c_uint32),
+        ("emergency_stop", c_uint32),
+        ("device_faults", c_uint32),
+        ("report", c_uint64),
+        ("report_time_s", c_double),
+        ("time_s", c_double),
+        ("pose", c_double * 7),
+        ("twist", c_double * 6),
+    ]
+
+
+class ServoOutput(_Sized):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("arming", c_uint32),
+        ("wrench", c_double * 6),
+        ("rendered", c_double * 6),
+        ("felt_pose", c_double * 7),
+        ("goal_pose", c_double * 7),
+        ("gap_m", c_double),
+        ("state_hash", c_uint64),
+        ("safety_faults", c_uint32),
+        ("present_faults", c_uint32),
+        ("waits", c_uint32),
+        ("limited", c_uint32),
+        ("situation", c_uint32),
+        ("flags", c_uint32),
+        ("near_count", c_uint32),
+        ("armings", c_uint32),
+        ("work", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
 MOST_EVENTS = 64  #: that a session keeps
 
 _HANDLE, _OUT = c_void_p, POINTER(c_void_p)
@@ -332,6 +405,12 @@ _CALLS: dict[str, tuple[Any, list[Any]]] = {
     ),
     "haptic_core_drive": (c_int, [_HANDLE, c_uint32, POINTER(Frame), c_double]),
     "haptic_core_driven": (c_int, [_HANDLE, POINTER(DrivenOutput), c_size_t, c_size_t, POINTER(c_size_t)]),
+    "haptic_core_contacts": (
+        c_int,
+        [_HANDLE, POINTER(ContactOutput), c_size_t, c_size_t, POINTER(c_size_t), POINTER(c_double)],
+    ),
+    "haptic_core_save": (c_int, [_HANDLE, c_void_p, c_size_t, POINTER(c_size_t)]),
+    "haptic_core_load": (c_int, [_HANDLE, c_void_p, c_size_t, c_char_p, c_size_t]),
     "haptic_core_close": (c_int, [_HANDLE]),
     "haptic_compile": (c_int, [POINTER(CompileInput), _OUT]),
     "haptic_compiled_bytes": (c_int, [_HANDLE, _OUT, POINTER(c_size_t)]),
@@ -346,6 +425,15 @@ _CALLS: dict[str, tuple[Any, list[Any]]] = {
     "haptic_session_open_text": (
         c_int,
         [c_void_p, c_size_t, POINTER(SessionOptions), _OUT, c_char_p, c_size_t],
+    ),
+    "haptic_session_open_external": (
+        c_int,
+        [c_void_p, c_size_t, POINTER(SessionOptions), POINTER(ServoOptions), _OUT, c_char_p, c_size_t],
+    ),
+    "haptic_session_tick": (c_int, [_HANDLE, POINTER(ServoInput), POINTER(ServoOutput)]),
+    "haptic_session_contacts": (
+        c_int,
+        [_HANDLE, POINTER(ContactOutput), c_size_t, c_size_t, POINTER(c_size_t), POINTER(c_double)],
     ),
     "haptic_session_device": (c_int, [_HANDLE, c_uint32, POINTER(DeviceStatusOutput)]),
     "haptic_session_events": (c_int, [_HANDLE, POINTER(EventOutput), c_size_t, c_size_t, POINTER(c_size_t)]),

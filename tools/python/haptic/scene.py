@@ -6,7 +6,7 @@ from __future__ import annotations
 import ctypes
 import os
 from dataclasses import dataclass
-from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -416,6 +416,47 @@ class StepResult:
     hash: int
 
 
+@dataclass(frozen=True)
+class Contact:
+    """A point at which the part in the hand touches another."""
+
+    point: Array  #: in W [m]
+    normal: Array  #: unit, W axes, from the other part to the one in the hand
+    force: Array  #: on the part in the hand [N]: its share of the wrench
+    part: int  #: that it touches, by its number; the one in the hand is 0
+    situation: str  #: of its pair of convex pieces
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """The contacts of a tick; false where there are none.
+
+    Their forces, and the torques of these about the felt pose's grip point, make the wrench of the tick but for `rest`. How
+    much each carries is the share of least squares among all that push: a table on four legs determines no more.
+    """
+
+    points: Tuple[Contact, ...]
+    rest: Array  #: 6 numbers, force and torque: while the part moves, a ramp, what the planes do not hold
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def __iter__(self) -> Iterator[Contact]:
+        return iter(self.points)
+
+
+def contacts_of(call: Any, handle: ctypes.c_void_p) -> Contacts:
+    """What haptic_core_contacts or haptic_session_contacts says."""
+    given, rest = (c.ContactOutput * c.MOST_CONTACTS)(), (ctypes.c_double * 6)()
+    count = ctypes.c_size_t()
+    c.require(call(handle, given, c.MOST_CONTACTS, ctypes.sizeof(c.ContactOutput), ctypes.byref(count), rest))
+    points = tuple(
+        Contact(np.array(p.point_m), np.array(p.normal), np.array(p.force_n), p.part, SITUATIONS[p.situation])
+        for p in given[: count.value]
+    )
+    return Contacts(points, np.array(rest))
+
+
 def _result_of(out: Any) -> StepResult:
     wrench = np.array(out.wrench)
     return StepResult(
@@ -535,6 +576,38 @@ class Core:
         """The driven parts after the last step, by name."""
         return driven_of(c.library.haptic_core_driven, self._handle, self.bodies)
 
+    def contacts(self) -> Contacts:
+        """The contacts of the last step, with their shares of its wrench; none where the part is free.
+
+        Raises HapticError for a scene whose law is not proxy, or with parts that are held one after another, by a second hand,
+        driven or loose.
+        """
+        return contacts_of(c.library.haptic_core_contacts, self._handle)
+
+    def save(self) -> bytes:
+        """All that this core knows: `load` of another core of the same scene goes on from here with the same bits.
+
+        The bytes are of this build of the library. Raises HapticError for a scene with parts as `contacts` does.
+        """
+        count = ctypes.c_size_t()
+        error = c.library.haptic_core_save(self._handle, None, 0, ctypes.byref(count))
+        if error != c.SIZE:
+            c.require(error)
+        state = ctypes.create_string_buffer(count.value)
+        c.require(c.library.haptic_core_save(self._handle, state, count.value, ctypes.byref(count)))
+        return state.raw
+
+    def load(self, state: bytes) -> None:
+        """Goes on from what `save` has given. Load none from a stranger: it can do as much harm as a program.
+
+        Raises HapticError with a sentence where the state is cut off, damaged, of another scene, version, precision or build;
+        the core is then as before.
+        """
+        text = ctypes.create_string_buffer(256)
+        error = c.library.haptic_core_load(self._handle, bytes(state), len(state), text, len(text))
+        if error != c.OK:
+            raise c.HapticError(error, text.value.decode(errors="replace"))
+
     def verdict(self) -> Verdict:
         """The judgement of all ticks since the core was made or reset."""
         return verdict_of(c.library.haptic_core_verdict, self._handle)
@@ -542,6 +615,45 @@ class Core:
     def reset(self) -> None:
         """Forgets all contact and the verdict: the next tick is a first tick."""
         c.require(c.library.haptic_core_reset(self._handle))
+
+    def step_many(self, poses: Array, times: Optional[Array] = None, out: Optional[Array] = None) -> Array:
+        """Many ticks in one call, without a copy, other Python threads running meanwhile. Returns the wrenches, n x 6.
+
+        poses: n x 7, float64, contiguous (a copy would be hidden work: anything else raises ValueError). times [s]: of each, the
+        same; None: by the scene's rate, on from the last tick. out: n x 6 to write to, or None for a new one. Raises HapticError
+        with the index of a pose that is refused: the ticks before it are done. Not for two threads at a time: the second
+        gets HAPTIC_ERROR_BUSY. `replay` gives more of each tick.
+        """
+        count = len(poses)
+        wrenches = np.empty((count, 6)) if out is None else out
+        for what, array, shape in (("poses", poses, (count, 7)), ("times", times, (count,)), ("out", wrenches, (count, 6))):
+            if array is None:
+                continue
+            right = isinstance(array, np.ndarray) and array.dtype == np.float64 and array.flags.c_contiguous
+            if not right or array.shape != shape:
+                raise ValueError(f"{what}: give a contiguous array of float64 with the shape {shape}")
+        if not wrenches.flags.writeable:
+            raise ValueError("out: give an array that can be written to")
+        if count == 0:
+            return wrenches
+        self._replay(
+            c.ReplayCall(
+                count=count,
+                poses=poses.ctypes.data,
+                times_s=None if times is None else times.ctypes.data,
+                wrenches=wrenches.ctypes.data,
+            )
+        )
+        return wrenches
+
+    def _replay(self, call: c.ReplayCall) -> None:
+        error = c.library.haptic_core_replay(self._handle, ctypes.byref(call))
+        if error == c.BUSY:
+            c.require(error)
+        if error != c.OK and call.count > 0:
+            text = c.library.haptic_error_text(error).decode()
+            raise c.HapticError(error, f"tick {call.done}: {text}")
+        c.require(error)
 
     def replay(self, poses: Any, times: Any = None) -> Replay:
         """Many ticks in one call; goes on from the last one. See Scene.replay."""
@@ -570,11 +682,7 @@ class Core:
             flags=flags.ctypes.data,
             state_hashes=hashes.ctypes.data,
         )
-        error = c.library.haptic_core_replay(self._handle, ctypes.byref(call))
-        if error != c.OK and count > 0:
-            text = c.library.haptic_error_text(error).decode()
-            raise c.HapticError(error, f"tick {call.done}: {text}")
-        c.require(error)
+        self._replay(call)
         verdict = self.verdict()
         return Replay(
             times, wrenches[:, :3], wrenches[:, 3:], felt, gaps, situations, flags, hashes, verdict

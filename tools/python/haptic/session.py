@@ -18,10 +18,12 @@ from .scene import (
     SITUATIONS,
     Array,
     Body,
+    Contacts,
     Driven,
     Scene,
     Verdict,
     bodies_of,
+    contacts_of,
     driven_of,
     driven_part,
     frame_of,
@@ -113,6 +115,56 @@ class Event:
         return self.text
 
 
+#: The lowest bit of Tick.waits, in words.
+_WAITS = (
+    "the device is not ready, or has given no report",
+    "the device is not calibrated",
+    "no pose that can be used has come yet",
+    "reports or ticks come too late",
+    "the part is being led out of an obstacle",
+    "the cause of a fault is there",
+    "the force ramps to zero",
+    "release the deadman switch, then press it",
+    "press the deadman switch",
+)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What an external device may exert, and what its switches mean. None: the library's default, in brackets.
+
+    deadman, clutch, emergency_stop: masks of switches. axes: that have motors, bits x y z and turns about x y z. absolute: the
+    part is where the handle is; else it begins where the scene has it start.
+    """
+
+    max_force: Optional[float] = None  #: (3) [N]
+    max_torque: Optional[float] = None  #: (0.05) [N m]
+    slew_force: Optional[float] = None  #: (600) [N/s]
+    slew_torque: Optional[float] = None  #: (10) [N m/s]
+    ramp_in: Optional[float] = None  #: (0.1) [s]
+    deadman: int = 1
+    clutch: int = 0
+    emergency_stop: int = 0
+    axes: int = 0x3F
+    absolute: bool = False
+    scale: float = 1.0  #: metres in the scene per metre at the device
+
+
+@dataclass(frozen=True)
+class Tick:
+    """What one tick of an external device gives."""
+
+    force: Array  #: for the device, in its axes [N]: after arming, limits and ramps
+    torque: Array  #: [N m]
+    arming: str
+    safety_faults: int
+    waits: str  #: why it does not arm; empty: it is armed or arming
+    felt_pose: Array
+    gap: float  #: [m]
+    situation: str
+    hash: int
+
+
 class Hand:
     """A simulated hand of a session; `number` from 0 on."""
 
@@ -190,6 +242,24 @@ class Hand:
         c.require(c.library.haptic_session_hold_of(self._session._handle, self.number, c.RELEASE))
 
 
+def _servo_options(limits: Limits) -> c.ServoOptions:
+    return c.ServoOptions(
+        deadman=limits.deadman,
+        clutch=limits.clutch,
+        emergency_stop=limits.emergency_stop,
+        driven_axes=limits.axes,
+        is_absolute=limits.absolute,
+        scale=limits.scale,
+        rotation=(ctypes.c_double * 4)(0, 0, 0, 1),
+        part_rotation=(ctypes.c_double * 4)(0, 0, 0, 1),
+        max_force_n=limits.max_force or 0.0,
+        max_torque_nm=limits.max_torque or 0.0,
+        slew_n_per_s=limits.slew_force or 0.0,
+        slew_nm_per_s=limits.slew_torque or 0.0,
+        ramp_in_s=limits.ramp_in or 0.0,
+    )
+
+
 class Session:
     """Opens a device and runs the servo loop, until it is closed or its `with` block ends.
 
@@ -204,7 +274,12 @@ class Session:
     hand is the first of `hands`; state, verdict and history take the number of the hand. After a fault each of two hands
     leads its part on from where that is.
 
-    All methods may be called from any thread. State and history can be read after the end too.
+    device="external": a device whose loop is yours. There is no thread: each call of `tick` is one, by the checks, limits and
+    ramps of any device, which `limits` gives. `hold` counts for nothing then.
+
+    All methods may be called from any thread, `tick` and `contacts` from one at a time. State and history can be read after
+    the end too. A session that nothing refers to any more ends with the force at zero; a process forked from this one does not
+    have it, and does not end it (HAPTIC_ERROR_CLOSED).
     """
 
     def __init__(
@@ -217,7 +292,11 @@ class Session:
         priority: int = 0,
         hold: bool = True,
         hands: int = 1,
+        limits: Optional[Limits] = None,
     ) -> None:
+        is_external = os.fspath(device) == "external"
+        if limits is not None and not is_external:
+            raise ValueError("limits are those of device=\"external\"; a configuration has its own")
         self._handle = ctypes.c_void_p()
         self._free = c.library.haptic_session_free
         self.scene = scene
@@ -229,19 +308,18 @@ class Session:
             priority=priority,
             hands=hands if os.fspath(device) == "sim" or hands > 1 else 0,
         )
+        servo = _servo_options(limits or Limits())
         text = ctypes.create_string_buffer(4096)
-        error = c.library.haptic_session_open_text(
-            scene.bytes.ctypes.data,
-            len(scene.bytes),
-            ctypes.byref(options),
-            ctypes.byref(self._handle),
-            text,
-            len(text),
-        )
+        opened = [ctypes.byref(self._handle), text, len(text)]
+        given = [scene.bytes.ctypes.data, len(scene.bytes), ctypes.byref(options)]
+        if is_external:
+            error = c.library.haptic_session_open_external(*given, ctypes.byref(servo), *opened)
+        else:
+            error = c.library.haptic_session_open_text(*given, *opened)
         if error != c.OK:
             raise c.HapticError(error, text.value.decode(errors="replace"))
         # A configuration says its rate itself: room for the fastest there is, which costs nothing until it is used.
-        is_simulated = os.fspath(device) == "sim"
+        is_simulated = os.fspath(device) in ("sim", "external")
         self._records = int(history * ((rate or scene.info.rate_hz) if is_simulated else 10000.0)) + 1
         gains = c.GainsOutput()
         c.require(c.library.haptic_session_gains(self._handle, ctypes.byref(gains)))
@@ -249,8 +327,59 @@ class Session:
         self.stiffness: float = gains.stiffness_n_per_m
         if gains.lowered:
             warnings.warn(gains.text.decode(), stacklevel=2)
+        self._report = 0
         self.hands = tuple(Hand(self, number) for number in range(max(hands, 1)))
         self.hand = self.hands[0]
+
+    def tick(
+        self,
+        pose: Sequence[float],
+        time: float,
+        *,
+        switches: int = 0,
+        velocity: Optional[Sequence[float]] = None,
+        report: Optional[int] = None,
+        report_time: Optional[float] = None,
+        ready: bool = True,
+        faults: int = 0,
+        emergency_stop: bool = False,
+    ) -> Tick:
+        """One tick of an external device, of its loop: what it reports in, what it may exert out.
+
+        pose: of the handle in the device's frame, 3 or 7 numbers. time [s]: at the begin of the tick, by a clock that only goes
+        forward. switches: pressed, as bits. velocity: 6 numbers, m/s and rad/s, where it is measured. report: counts the reports,
+        from 1 on, the same again where none is newer; None: each call brings a new one. report_time: when it came, by the clock
+        of time; None: now. faults: of the device. Any numbers are safe. Raises HapticError with the name HAPTIC_ERROR_CLOSED
+        once the session is closed and the force is zero, HAPTIC_ERROR_BUSY while another thread is in here,
+        HAPTIC_ERROR_DEVICE for another device: send no force then.
+        """
+        i, out = c.ServoInput(), c.ServoOutput()
+        i.ready, i.switches, i.device_faults, i.emergency_stop = ready, switches, faults, emergency_stop
+        i.pose = (ctypes.c_double * 7)(*pose_of(pose))
+        if velocity is not None:
+            i.twist = (ctypes.c_double * 6)(*velocity)
+            i.has_twist = 1
+        self._report = self._report + 1 if report is None else report
+        i.report, i.time_s = self._report, time
+        i.report_time_s = time if report_time is None else report_time
+        c.require(c.library.haptic_session_tick(self._handle, ctypes.byref(i), ctypes.byref(out)))
+        wrench = np.array(out.wrench)
+        lowest = (out.waits & -out.waits).bit_length() - 1
+        return Tick(
+            wrench[:3],
+            wrench[3:],
+            ARMING[out.arming],
+            out.safety_faults,
+            "" if lowest < 0 else _WAITS[lowest],
+            np.array(out.felt_pose),
+            out.gap_m,
+            SITUATIONS[out.situation],
+            out.state_hash,
+        )
+
+    def contacts(self) -> Contacts:
+        """Of the newest tick of an external device, as Core.contacts; raises HapticError for any other device."""
+        return contacts_of(c.library.haptic_session_contacts, self._handle)
 
     def state(self, hand: int = 0) -> State:
         """The newest tick; never waits."""
