@@ -7,6 +7,14 @@
 #include "tools/common/formatted.hpp"
 
 namespace haptic::tools {
+namespace {
+
+/// Bytes of a device that are no UTF-8 are replaced.
+std::string in_a_line(const nlohmann::ordered_json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace
 
 std::string facts_text(const std::string& bridge, const hal::BridgeFacts* facts,
                        const std::string& why) {
@@ -40,7 +48,7 @@ std::string facts_line(const std::string& bridge, const hal::BridgeFacts* facts,
                  {"max_stiffness_n_per_m", double{c.max_stiffness_n_per_m}},
                  {"report_period_us", c.report_period_ns / 1000}});
   }
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return in_a_line(json);
 }
 
 std::string replay_text(const std::string& bridge, const ReplayResult& result) {
@@ -54,12 +62,13 @@ std::string replay_text(const std::string& bridge, const ReplayResult& result) {
   return text;
 }
 
-nlohmann::ordered_json replay_json(const std::string& bridge, const ReplayResult& result) {
-  return {{"bridge", bridge},
-          {"poses", result.poses},
-          {"different", result.different},
-          {"first", result.first},
-          {"whole", result.has_end && result.end == RecordingEnd::kDone}};
+std::string replay_line(const std::string& bridge, const ReplayResult& result) {
+  const nlohmann::ordered_json json{{"bridge", bridge},
+                                    {"poses", result.poses},
+                                    {"different", result.different},
+                                    {"first", result.first},
+                                    {"whole", result.has_end && result.end == RecordingEnd::kDone}};
+  return in_a_line(json);
 }
 
 }  // namespace haptic::tools

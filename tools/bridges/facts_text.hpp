@@ -23,8 +23,7 @@ namespace haptic::tools {
 /// How many poses of a recording were made again, and where the first one differs.
 [[nodiscard]] std::string replay_text(const std::string& bridge, const ReplayResult& result);
 
-/// {"bridge", "poses", "different", "first", "whole"}
-[[nodiscard]] nlohmann::ordered_json replay_json(const std::string& bridge,
-                                                 const ReplayResult& result);
+/// One line of JSON: {"bridge", "poses", "different", "first", "whole"}.
+[[nodiscard]] std::string replay_line(const std::string& bridge, const ReplayResult& result);
 
 }  // namespace haptic::tools

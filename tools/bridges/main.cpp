@@ -9,7 +9,6 @@
 #include <atomic>
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <system_error>
@@ -111,7 +110,7 @@ int replay(const BridgeRow& row, const BridgeOptions& o) {
     throw UsageError("--" + std::string(defect.key) + ": " + defect.text +
                      "; a recording does not have this file");
   const ReplayResult result = row.replay(recording, *device);
-  const std::string text = o.json ? replay_json(std::string(row.name), result).dump()
+  const std::string text = o.json ? replay_line(std::string(row.name), result)
                                   : replay_text(std::string(row.name), result);
   std::printf("%s\n", text.c_str());
   return result.poses > 0 && result.first.empty() ? kExitDone : kExitCheckFailed;
