@@ -37,13 +37,33 @@ bool is_limit(const Vec3& v) noexcept {
   return is_limit(v.x()) && is_limit(v.y()) && is_limit(v.z());
 }
 
+bool is_printable(char letter) noexcept { return letter >= 0x20 && letter <= 0x7e; }
+
 }  // namespace
 
+DeviceText device_text(std::string_view text) noexcept {
+  DeviceText made{};
+  const std::size_t size = std::min(text.find('\0'), std::min(text.size(), made.size() - 1));
+  std::ranges::transform(text.substr(0, size), made.begin(),
+                         [](char letter) { return is_printable(letter) ? letter : '?'; });
+  return made;
+}
+
+std::string_view text_of(const DeviceText& text) noexcept {
+  return {text.data(), static_cast<std::size_t>(std::ranges::find(text, '\0') - text.begin())};
+}
+
+bool is_text(const DeviceText& text) noexcept {
+  const auto end = std::ranges::find(text, '\0');
+  return end != text.end() && std::all_of(text.begin(), end, is_printable) &&
+         std::all_of(end, text.end(), [](char letter) { return letter == '\0'; });
+}
+
 HalStatus check_capabilities(const DeviceCapabilities& c) noexcept {
-  for (const Real x :
-       {c.max_force_n, c.max_torque_nm, c.max_force_rate_n_per_s, c.max_torque_rate_nm_per_s,
-        c.max_stiffness_n_per_m, c.max_damping_ns_per_m, c.mass_kg, c.damping_ns_per_m,
-        c.coulomb_friction_n, c.encoder_step_m, c.encoder_step_rad, c.workspace_radius_m}) {
+  for (const Real x : {c.max_force_n, c.max_torque_nm, c.max_force_rate_n_per_s,
+                       c.max_torque_rate_nm_per_s, c.max_stiffness_n_per_m, c.max_damping_ns_per_m,
+                       c.mass_kg, c.damping_ns_per_m, c.coulomb_friction_n, c.encoder_step_m,
+                       c.encoder_step_rad, c.workspace_radius_m, c.largest_gap_m}) {
     if (!is_limit(x)) return HalStatus::kBadCapabilities;
   }
   if (!is_limit(c.max_axis_force_n) || !is_limit(c.max_axis_torque_nm)) {
@@ -54,7 +74,8 @@ HalStatus check_capabilities(const DeviceCapabilities& c) noexcept {
   if (!(square > 1 - kUnitSlack && square < 1 + kUnitSlack) || !is_finite(c.handle_offset_h)) {
     return HalStatus::kBadCapabilities;
   }
-  if (c.watchdog_ns < 0 || c.report_period_ns < 0 || c.bus_interval_ns < 0)
+  if (!is_text(c.name) || !is_text(c.serial)) return HalStatus::kBadCapabilities;
+  if (c.watchdog_ns < 0 || c.latency_ns < 0 || c.report_period_ns < 0 || c.bus_interval_ns < 0)
     return HalStatus::kBadCapabilities;
   const bool known = ((c.sensed_dof | c.driven_dof) & ~std::uint32_t{kDofAll}) == 0;
   return known && (c.driven_dof & ~c.sensed_dof) == 0 ? HalStatus::kOk

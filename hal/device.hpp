@@ -4,7 +4,9 @@
 /// the servo thread (rt_core/exchange/device_exchange.hpp). Fixed size, copied by value. SI units;
 /// frame D is the device's base frame, H the handle.
 
+#include <array>
 #include <cstdint>
+#include <string_view>
 
 #include "rt_core/base/pose.hpp"
 #include "rt_core/exchange/device_exchange.hpp"
@@ -23,6 +25,9 @@ enum DofBit : std::uint32_t {
   kDofRotation = kDofRotX | kDofRotY | kDofRotZ,
   kDofAll = kDofTranslation | kDofRotation
 };
+
+/// A name of a device: printable ASCII, zeros behind it, at least one.
+using DeviceText = std::array<char, 24>;
 
 /// Abilities and limits of the device; constant while it is open. A limit of 0 means "not known".
 struct DeviceCapabilities {
@@ -45,6 +50,13 @@ struct DeviceCapabilities {
   std::int64_t watchdog_ns =
       0;  ///< the device drops its drives when no command came for this long; 0: none
   std::int64_t report_period_ns = 0;
+  /// Own delay of the device, from a sample to the begin of the wrench that answers it: of its
+  /// filters, its bus, a service between. The host's own delay comes on top.
+  std::int64_t latency_ns = 0;
+  Real largest_gap_m = 0;  ///< of its gripper; 0: it measures none
+  /// What it measures is a displacement, and its pose the integral of that.
+  bool is_displacement = false;
+  DeviceText name{}, serial{};  ///< empty: it states none
   /// Between two looks of the bus for a report: bInterval. 0: it has none (bulk, no bus), or it is
   /// not known. The link's, where a device is to be accepted (LinkSettings::accept); no driver
   /// states it.
@@ -77,6 +89,11 @@ enum class HalStatus : std::uint8_t {
 };
 
 [[nodiscard]] const char* to_text(HalStatus status) noexcept;
+
+/// `text` as far as it fits; what is not printable becomes a question mark.
+[[nodiscard]] DeviceText device_text(std::string_view text) noexcept;
+[[nodiscard]] std::string_view text_of(const DeviceText& text) noexcept;
+[[nodiscard]] bool is_text(const DeviceText& text) noexcept;
 
 /// Capabilities that a renderer can rely on: finite, non-negative, a unit q_wd, and no degree of
 /// freedom driven blindly.

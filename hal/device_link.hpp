@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "hal/device.hpp"
@@ -90,6 +91,8 @@ class DeviceLink {
   /// The largest wrench that the device may have now: of the command that it accepted last, or of
   /// one sent since.
   [[nodiscard]] virtual HeldWrench held() const noexcept = 0;
+  /// Gap of the device's gripper by its last report; empty: it measures none, or is not there.
+  [[nodiscard]] virtual std::optional<double> gap_m() const noexcept { return std::nullopt; }
   [[nodiscard]] virtual LinkCounters counters() const noexcept = 0;
   /// Text of the last trouble and what to do, for people; not for the loop.
   [[nodiscard]] virtual std::string trouble() const = 0;

@@ -12,6 +12,8 @@ namespace haptic::hal {
 namespace {
 
 constexpr double kFarthest_m = 2.0;  // the protocol has 2.147 m
+constexpr std::int64_t kMostLatency_ns = 100'000'000;
+constexpr std::uint32_t kMostGap_um = 1'000'000;
 constexpr double kLeastQuaternion = 1.0e-3;
 
 template <typename Integer>
@@ -40,6 +42,7 @@ haptic_facts facts_of(const DeviceCapabilities& c, std::int64_t watchdog_ns) noe
   std::uint32_t driven = c.driven_dof & c.sensed_dof;
   if (!(c.max_force_n > 0)) driven &= ~std::uint32_t{kDofTranslation};
   if (!(c.max_torque_nm > 0)) driven &= ~std::uint32_t{kDofRotation};
+  if (c.is_displacement) driven = 0;
   facts.driven_dof = static_cast<std::uint8_t>(driven & kDofAll);
   const std::int64_t period_us = std::clamp<std::int64_t>(c.report_period_ns / 1000, 100, 20'000);
   facts.report_period_us = static_cast<std::uint16_t>(period_us);
@@ -57,6 +60,12 @@ haptic_facts facts_of(const DeviceCapabilities& c, std::int64_t watchdog_ns) noe
   facts.encoder_step_nm = u32(c.encoder_step_m, 1.0e-9);
   facts.encoder_step_nrad = u32(c.encoder_step_rad, 1.0e-9);
   facts.workspace_radius_um = u32(c.workspace_radius_m, 1.0e-6);
+  facts.is_displacement = c.is_displacement ? 1 : 0;
+  facts.latency_us =
+      static_cast<std::uint32_t>(std::clamp<std::int64_t>(c.latency_ns, 0, kMostLatency_ns) / 1000);
+  facts.largest_gap_um = std::min(u32(c.largest_gap_m, kReferenceGapUnit_m), kMostGap_um);
+  facts.name = is_text(c.name) ? c.name.data() : nullptr;
+  facts.serial = is_text(c.serial) ? c.serial.data() : nullptr;
   return facts;
 }
 
@@ -88,6 +97,9 @@ bool sample_of(const BridgeSample& sample, haptic_sample& out) noexcept {
         in_units<std::int32_t>(double{twist.angular_rad_per_s[k]}, kReferenceTurnUnit_rad_per_s);
   }
   made.switches = sample.switches;
+  made.gap_is_measured = sample.gap_m >= 0 ? 1 : 0;  // not where it is no number
+  if (made.gap_is_measured != 0)
+    made.gap_um = in_units<std::uint32_t>(double{sample.gap_m}, kReferenceGapUnit_m);
   made.faults = sample.faults & (kDeviceOverheated | kDeviceDriveFault);
   made.is_calibrated = sample.calibrated;
   made.stop_is_pressed = sample.emergency_stop;

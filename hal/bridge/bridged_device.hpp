@@ -20,6 +20,7 @@ namespace haptic::hal {
 struct BridgeFacts {
   /// Stiffness, force and rates feed the gate of the session; 0 where the device does not say. The
   /// report period is the one at which `read` has something new. The watchdog is the bridge's.
+  /// Name, serial number and latency go to the host, as does the largest gap of a gripper.
   DeviceCapabilities capabilities;
   std::string name;   ///< "Inverse3, serial 04a1, service 3.5.1": for people
   std::string words;  ///< what its owner has to know; may be empty
@@ -38,6 +39,7 @@ struct BridgeSample {
   bool calibrated = false;  ///< the pose is absolute and true
   bool emergency_stop = false;
   std::uint32_t switches = 0;  ///< bit set = pressed
+  Real gap_m = -1;             ///< of the gripper; below 0: none is measured now
   std::uint32_t faults = 0;    ///< DeviceFault, lower half: overheated, drive fault
 };
 

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -87,6 +88,9 @@ class Driver {
 
   /// After the last `read` or `write`.
   [[nodiscard]] virtual CommandReceipt receipt() const noexcept { return {}; }
+
+  /// Gap of its gripper by the last report that was read; empty: it measures none, or not now.
+  [[nodiscard]] virtual std::optional<Real> gap_m() const noexcept { return std::nullopt; }
 
   /// The last report of a session, after zero was delivered: switches the drives off, so that the
   /// device can tell an end from a host that died. Length; 0: the protocol has none.

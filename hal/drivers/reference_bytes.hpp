@@ -26,6 +26,10 @@ class ByteWriter {
   void field(const std::array<T, N>& values) noexcept {
     for (const T value : values) field(static_cast<std::make_unsigned_t<T>>(value));
   }
+  template <std::size_t N>
+  void text(const std::array<char, N>& letters) noexcept {
+    for (const char letter : letters) bytes_[at_++] = static_cast<std::uint8_t>(letter);
+  }
   /// A byte of which only the lowest bit may be set.
   void bit(bool value) noexcept { bytes_[at_++] = value ? 1 : 0; }
   void reserved(std::size_t count) noexcept {
@@ -59,6 +63,10 @@ class ByteReader {
       field(bits);
       value = static_cast<T>(bits);  // modulo 2^n: two's complement
     }
+  }
+  template <std::size_t N>
+  void text(std::array<char, N>& letters) noexcept {
+    for (char& letter : letters) letter = static_cast<char>(bytes_[at_++]);
   }
   void bit(bool& value) noexcept {
     const unsigned byte = bytes_[at_++];

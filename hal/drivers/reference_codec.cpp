@@ -22,7 +22,7 @@ void layout(Bytes& bytes, Report& r) noexcept {
   bytes.field(r.accepted_tick);
   bytes.field(r.rejected);
   bytes.field(r.accepted_sequence);
-  bytes.reserved(4);
+  bytes.field(r.gripper);
 }
 
 template <typename Bytes, RecordOf<ReferenceCommand> Command>
@@ -57,6 +57,19 @@ void layout(Bytes& bytes, Block& b) noexcept {
   bytes.field(b.workspace_radius_um);
 }
 
+template <typename Bytes, RecordOf<ReferenceLongBlock> Block>
+void layout(Bytes& bytes, Block& b) noexcept {
+  layout(bytes, b.first);
+  bytes.field(b.minor);
+  bytes.bit(b.is_displacement);
+  bytes.reserved(2);
+  bytes.field(b.latency_us);
+  bytes.field(b.largest_gap_um);
+  bytes.reserved(4);
+  bytes.text(b.name);
+  bytes.text(b.serial);
+}
+
 }  // namespace reference_bytes
 
 namespace {
@@ -86,6 +99,10 @@ bool is_unit(const std::array<std::int32_t, 4>& q) noexcept {
   }
   constexpr double kSlack = 1.0e-3;
   return square >= (1 - kSlack) * (1 - kSlack) && square <= (1 + kSlack) * (1 + kSlack);
+}
+
+bool has_known_dof(const ReferenceBlock& block) noexcept {
+  return ((block.sensed_dof | block.driven_dof) & ~0x3f) == 0;
 }
 
 }  // namespace
@@ -139,9 +156,38 @@ CodecVerdict decode(std::span<const std::uint8_t> bytes, ReferenceBlock& block) 
   ReferenceBlock read;
   const CodecVerdict verdict = read_record(bytes, kReferenceBlockBytes, kReferenceBlockMagic, read);
   if (verdict != CodecVerdict::kOk) return verdict;
-  if (((read.sensed_dof | read.driven_dof) & ~0x3f) != 0) return CodecVerdict::kBadReserved;
+  if (!has_known_dof(read)) return CodecVerdict::kBadReserved;
   block = read;
   return CodecVerdict::kOk;
+}
+
+void encode(const ReferenceLongBlock& block,
+            std::span<std::uint8_t, kReferenceLongBlockBytes> bytes) noexcept {
+  ReferenceLongBlock written = block;
+  written.minor = kReferenceMinor;
+  write_record(written, kReferenceBlockMagic, bytes);
+}
+
+CodecVerdict decode(std::span<const std::uint8_t> bytes, ReferenceLongBlock& block) noexcept {
+  ReferenceLongBlock read;
+  const CodecVerdict verdict =
+      read_record(bytes, kReferenceLongBlockBytes, kReferenceBlockMagic, read);
+  if (verdict != CodecVerdict::kOk) return verdict;
+  if (read.minor != kReferenceMinor) return CodecVerdict::kBadVersion;
+  if (!has_known_dof(read.first)) return CodecVerdict::kBadReserved;
+  if (!is_text(read.name) || !is_text(read.serial)) return CodecVerdict::kBadText;
+  block = read;
+  return CodecVerdict::kOk;
+}
+
+CodecVerdict decode_either(std::span<const std::uint8_t> bytes,
+                           ReferenceLongBlock& block) noexcept {
+  if (bytes.size() != kReferenceBlockBytes) return decode(bytes, block);
+  ReferenceLongBlock read;
+  read.minor = 0;
+  const CodecVerdict verdict = decode(bytes, read.first);
+  if (verdict == CodecVerdict::kOk) block = read;
+  return verdict;
 }
 
 }  // namespace haptic::hal

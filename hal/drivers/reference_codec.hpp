@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <span>
 
+#include "hal/device.hpp"
+
 namespace haptic::hal {
 
 inline constexpr std::size_t kReferenceReportBytes = 96, kReferenceCommandBytes = 56;
@@ -16,6 +18,11 @@ inline constexpr std::size_t kReferenceBlockBytes = 64;
 inline constexpr std::uint16_t kReferenceReportMagic = 0x4852, kReferenceCommandMagic = 0x4843;
 inline constexpr std::uint16_t kReferenceBlockMagic = 0x4842;
 inline constexpr std::uint8_t kReferenceVersion = 1;
+
+// Version 1.1: what a device adds for a host that has asked for the long block.
+inline constexpr std::size_t kReferenceLongBlockBytes = 128;
+inline constexpr std::uint8_t kReferenceMinor = 1;
+inline constexpr double kReferenceGapUnit_m = 1.0e-6;
 
 inline constexpr double kReferencePositionUnit_m = 1.0e-9;
 inline constexpr double kReferenceOrientationUnit = 1.0 / (1 << 30);
@@ -32,14 +39,15 @@ enum ReferenceStatusBit : std::uint8_t {
   kReferenceTwistValid = 1u << 2,
   kReferenceWatchdogCut = 1u << 3,
   kReferenceEmergencyStop = 1u << 4,
-  kReferenceStatusBits = 0x1f
+  kReferenceSlewing = 1u << 5,  ///< of 1.1: the drives do not give all of their force yet
+  kReferenceStatusBits = 0x3f
 };
 
 /// Fault bits that a report may carry; they have the numbers and meanings of DeviceFault.
 inline constexpr std::uint32_t kReferenceFaultBits = 0x3f;
 
 /// Report, device to host, 96 bytes. Byte by byte: 0 u16 magic, 2 u8 version, 3 u8 status, then the
-/// members below in their order from byte 4 on, 88 u32 reserved 0, 92 u32 CRC-32.
+/// members below in their order from byte 4 on, 92 u32 CRC-32.
 struct ReferenceReport {
   std::uint8_t status = 0;                                    ///< ReferenceStatusBit
   std::uint32_t sequence = 0;                                 ///< byte 4
@@ -53,6 +61,7 @@ struct ReferenceReport {
   std::uint32_t accepted_tick = 0;                            ///< 76: of the last command accepted
   std::uint32_t rejected = 0;                                 ///< 80: commands, since power-up
   std::uint32_t accepted_sequence = 0;                        ///< 84: of the last command accepted
+  std::uint32_t gripper = 0;  ///< 88: 1 + gap [um], 0: none is measured; of 1.1
 
   friend bool operator==(const ReferenceReport&, const ReferenceReport&) = default;
 };
@@ -94,6 +103,22 @@ struct ReferenceBlock {
   friend bool operator==(const ReferenceBlock&, const ReferenceBlock&) = default;
 };
 
+/// Capability block of version 1.1, 128 bytes: bytes 0 to 59 as the block of 1.0, then 60 u8 minor
+/// version, 61 u8 bits (0: displacement), 62 u16 reserved 0, 64 u32 latency, 68 u32 largest gap, 72
+/// u32 reserved 0, 76 name, 100 serial number, 124 u32 CRC-32.
+struct ReferenceLongBlock {
+  ReferenceBlock first;
+  /// 0: the device answers as one of 1.0, and knows nothing of what follows.
+  std::uint8_t minor = kReferenceMinor;
+  /// The handle springs back, and the pose is what the device integrates of its displacement.
+  bool is_displacement = false;
+  std::uint32_t latency_us = 0;      ///< from a sample to the begin of its wrench, of its own
+  std::uint32_t largest_gap_um = 0;  ///< of the gripper; 0: it has none
+  DeviceText name{}, serial{};
+
+  friend bool operator==(const ReferenceLongBlock&, const ReferenceLongBlock&) = default;
+};
+
 enum class CodecVerdict : std::uint8_t {
   kOk = 0,
   kBadLength,
@@ -101,7 +126,8 @@ enum class CodecVerdict : std::uint8_t {
   kBadVersion,
   kBadCheck,
   kBadReserved,  ///< reserved bytes that are not zero, bits that mean nothing
-  kBadNumber     ///< orientation that is none
+  kBadNumber,    ///< orientation that is none
+  kBadText       ///< name or serial number that is none
 };
 
 /// Any member value is written, also those that `decode` refuses.
@@ -111,6 +137,9 @@ void encode(const ReferenceCommand& command,
             std::span<std::uint8_t, kReferenceCommandBytes> bytes) noexcept;
 void encode(const ReferenceBlock& block,
             std::span<std::uint8_t, kReferenceBlockBytes> bytes) noexcept;
+/// Always as one of version 1.1, so with its minor version.
+void encode(const ReferenceLongBlock& block,
+            std::span<std::uint8_t, kReferenceLongBlockBytes> bytes) noexcept;
 
 /// Refuses wrong length, magic, version, check sum, reserved bytes that are not zero, unknown bits,
 /// and an orientation whose length is off by more than 1e-3; the second argument is unchanged then.
@@ -121,6 +150,12 @@ void encode(const ReferenceBlock& block,
                                   ReferenceCommand& command) noexcept;
 [[nodiscard]] CodecVerdict decode(std::span<const std::uint8_t> bytes,
                                   ReferenceBlock& block) noexcept;
+[[nodiscard]] CodecVerdict decode(std::span<const std::uint8_t> bytes,
+                                  ReferenceLongBlock& block) noexcept;
+
+/// A block of either version, distinguished by its length; one of 1.0 has minor version 0.
+[[nodiscard]] CodecVerdict decode_either(std::span<const std::uint8_t> bytes,
+                                         ReferenceLongBlock& block) noexcept;
 
 /// True where `sequence` comes after `last`, counters of 32 bits that wrap: less than half the
 /// range ahead.

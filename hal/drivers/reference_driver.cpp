@@ -90,6 +90,16 @@ DeviceCapabilities capabilities_of(const ReferenceBlock& block) noexcept {
   return c;
 }
 
+DeviceCapabilities capabilities_of(const ReferenceLongBlock& block) noexcept {
+  DeviceCapabilities c = capabilities_of(block.first);
+  c.latency_ns = std::int64_t{block.latency_us} * 1000;
+  c.largest_gap_m = real(block.largest_gap_um * kReferenceGapUnit_m);
+  c.is_displacement = block.is_displacement;
+  c.name = block.name;
+  c.serial = block.serial;
+  return c;
+}
+
 bool is_plausible(const DeviceCapabilities& c) noexcept {
   if (check_capabilities(c) != HalStatus::kOk) return false;
   constexpr std::int64_t kMs = 1'000'000;
@@ -97,8 +107,9 @@ bool is_plausible(const DeviceCapabilities& c) noexcept {
   if (c.watchdog_ns < 2 * c.report_period_ns || c.watchdog_ns > 1000 * kMs) return false;
   if ((c.driven_dof & kDofTranslation) != 0 && !(c.max_force_n > 0)) return false;
   if ((c.driven_dof & kDofRotation) != 0 && !(c.max_torque_nm > 0)) return false;
-  return c.max_force_n <= 1000 && c.max_torque_nm <= 100 && c.encoder_step_m < 1.0e-3_r &&
-         c.encoder_step_rad < 0.1_r;
+  if (c.latency_ns > 100 * kMs || (c.is_displacement && c.driven_dof != 0)) return false;
+  return c.largest_gap_m <= 1 && c.max_force_n <= 1000 && c.max_torque_nm <= 100 &&
+         c.encoder_step_m < 1.0e-3_r && c.encoder_step_rad < 0.1_r;
 }
 
 ReferenceDriver::ReferenceDriver(const ReferenceSettings& settings) noexcept : settings_(settings) {
@@ -119,6 +130,7 @@ void ReferenceDriver::forget() noexcept {
   held_faults_ = 0;
   behind_ = unanswered_ = 0;
   drives_on_ = false;
+  gap_m_.reset();
 }
 
 HalStatus ReferenceDriver::start(UsbPort& port) noexcept {
@@ -130,19 +142,25 @@ HalStatus ReferenceDriver::start(UsbPort& port) noexcept {
 
 HalStatus ReferenceDriver::ask(UsbPort& port) noexcept {
   HalStatus status = HalStatus::kTimeout;
+  std::array<std::uint8_t, kReferenceLongBlockBytes> room{};
+  std::span<std::uint8_t> bytes = room;
   for (int k = 0; k < kAsks && !port.cancelled(); ++k) {
-    std::array<std::uint8_t, kReferenceBlockBytes> bytes{};
     std::size_t moved = 0;
     const ControlRequest request{kReferenceBlockRequestType, kReferenceBlockRequest,
                                  kReferenceVersion, profile_.interface_number};
     status = port.control(request, bytes, moved, kAskTimeout_ms);
     if (status == HalStatus::kTimeout) continue;
+    // A device of 1.0 may stall at a length that it does not know.
+    if (status == HalStatus::kTransferFailed && bytes.size() == room.size()) {
+      bytes = std::span(room).first(kReferenceBlockBytes);
+      continue;
+    }
     // A stall: the device does not know the request, so it is not one of this protocol.
     if (status == HalStatus::kTransferFailed) return HalStatus::kStartFailed;
     if (status != HalStatus::kOk) return status;
-    ReferenceBlock block;
+    ReferenceLongBlock block;
     status = HalStatus::kStartFailed;
-    if (moved > bytes.size() || decode(std::span(bytes).first(moved), block) != CodecVerdict::kOk) {
+    if (moved > bytes.size() || decode_either(bytes.first(moved), block) != CodecVerdict::kOk) {
       continue;
     }
     DeviceCapabilities found = capabilities_of(block);
@@ -150,6 +168,8 @@ HalStatus ReferenceDriver::ask(UsbPort& port) noexcept {
     found.handle_offset_h = settings_.capabilities.handle_offset_h;
     if (!is_plausible(found)) return HalStatus::kStartFailed;
     capabilities_ = found;
+    minor_ = block.minor;
+    largest_gap_um_ = block.largest_gap_um;
     return HalStatus::kOk;
   }
   return port.cancelled() ? HalStatus::kStartFailed : status;
@@ -161,7 +181,8 @@ ReportVerdict ReferenceDriver::read(std::span<const std::uint8_t> bytes, std::in
   const CodecVerdict verdict = decode_either(bytes, report);
   if (verdict == CodecVerdict::kBadLength) return ReportVerdict::kBadLength;
   if (verdict == CodecVerdict::kBadNumber) return ReportVerdict::kBadNumber;
-  if (verdict != CodecVerdict::kOk) return ReportVerdict::kBadCheck;
+  if (verdict != CodecVerdict::kOk || !is_of_version(report)) return ReportVerdict::kBadCheck;
+  if (report.gripper > largest_gap_um_ + 1) return ReportVerdict::kBadNumber;
   const bool behind = reported_ && !is_newer(report.sequence, last_sequence_);
   if (behind && !follow_restart(report)) return ReportVerdict::kNotAdvancing;
   const std::uint32_t sent = sequence_;
@@ -186,10 +207,18 @@ ReportVerdict ReferenceDriver::read(std::span<const std::uint8_t> bytes, std::in
     put(scaled(report.angular_velocity, kReferenceTurnUnit_rad_per_s),
         state.twist_d.angular_rad_per_s);
   }
+  gap_m_.reset();
+  if (report.gripper != 0) gap_m_ = real((report.gripper - 1) * kReferenceGapUnit_m);
   state.link = calibrated_ ? LinkState::kReady : LinkState::kStarting;
   state.switches = report.switches;
   state.faults = report.faults | held_faults_ | (refused_ ? kDeviceRefused : 0u);
   return ReportVerdict::kState;
+}
+
+/// A device uses what 1.1 has added only where it says that it speaks it, and has a gripper.
+bool ReferenceDriver::is_of_version(const ReferenceReport& report) const noexcept {
+  if (minor_ == 0 && (report.status & kReferenceSlewing) != 0) return false;
+  return report.gripper == 0 || largest_gap_um_ != 0;
 }
 
 /// One that stands still, or an old report among new ones, is no restart.

@@ -15,10 +15,12 @@ namespace haptic::hal {
 /// A capability block in SI units. Frames are not in it: q_wd and handle_offset_h are identity and
 /// zero, since the protocol fixes D and reports the handle point itself.
 [[nodiscard]] DeviceCapabilities capabilities_of(const ReferenceBlock& block) noexcept;
+[[nodiscard]] DeviceCapabilities capabilities_of(const ReferenceLongBlock& block) noexcept;
 
 /// True for numbers that a hand-held device can have: usable (check_capabilities), report period of
 /// 0.1 to 20 ms, watchdog of two periods to 1 s, force of at most 1 kN and torque of at most 100 N
-/// m and both above zero where driven, encoder steps below 1 mm and 0.1 rad.
+/// m and both above zero where driven, encoder steps below 1 mm and 0.1 rad, latency of at most 100
+/// ms, gap of at most 1 m, and no drive behind a displacement.
 [[nodiscard]] bool is_plausible(const DeviceCapabilities& capabilities) noexcept;
 
 struct ReferenceSettings {
@@ -49,7 +51,8 @@ class ReferenceDriver final : public Driver {
  public:
   explicit ReferenceDriver(const ReferenceSettings& settings = {}) noexcept;
 
-  /// Reads the capability block, three times at most, 100 ms each.
+  /// Reads the capability block, three times at most, 100 ms each: that of 1.1, which a device of
+  /// 1.0 answers by its own, or refuses, and is then asked for that.
   /// @retval kStartFailed      it has none, a damaged or an implausible one; or cancelled
   /// @retval kBadCapabilities  those of the settings are implausible
   /// @retval kTimeout, others  of the port
@@ -71,12 +74,15 @@ class ReferenceDriver final : public Driver {
   /// Told from the first report of a connection on.
   [[nodiscard]] CommandReceipt receipt() const noexcept override;
 
+  [[nodiscard]] std::optional<Real> gap_m() const noexcept override { return gap_m_; }
+
   /// A command with the drives' bit clear. The drives that go off for it are no fault.
   [[nodiscard]] std::size_t release(std::uint64_t tick,
                                     std::span<std::uint8_t> report) noexcept override;
 
  private:
   [[nodiscard]] HalStatus ask(UsbPort& port) noexcept;
+  [[nodiscard]] bool is_of_version(const ReferenceReport& report) const noexcept;
   void follow_drives(const ReferenceReport& report) noexcept;
   [[nodiscard]] bool follow_restart(const ReferenceReport& report) noexcept;
   [[nodiscard]] std::size_t send(ReferenceCommand& command, std::uint64_t tick,
@@ -87,6 +93,9 @@ class ReferenceDriver final : public Driver {
 
   ReferenceSettings settings_;
 
+  std::uint8_t minor_ = 0;  ///< of the version that the device speaks
+  std::uint32_t largest_gap_um_ = 0;
+  std::optional<Real> gap_m_;        ///< by the last report
   bool reported_ = false;            ///< there was a report since start
   std::uint32_t last_sequence_ = 0;  ///< of reports
   bool calibrated_ = false;          ///< by the last report

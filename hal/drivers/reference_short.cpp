@@ -23,6 +23,18 @@ void layout(Bytes& bytes, Report& r) noexcept {
   bytes.field(r.accepted_sequence);
 }
 
+/// The longer form.
+template <typename Report>
+struct WithGripper {
+  Report& report;
+};
+
+template <typename Bytes, typename Report>
+void layout(Bytes& bytes, const WithGripper<Report>& r) noexcept {
+  layout(bytes, r.report);
+  bytes.field(r.report.gripper);
+}
+
 }  // namespace reference_bytes
 
 namespace {
@@ -49,10 +61,21 @@ void encode(const ReferenceShortReport& report,
   reference_bytes::write_record(report, kReferenceShortReportMagic, bytes);
 }
 
+void encode(const ReferenceShortReport& report,
+            std::span<std::uint8_t, kReferenceShortGripperBytes> bytes) noexcept {
+  const reference_bytes::WithGripper<const ReferenceShortReport> whole{report};
+  reference_bytes::write_record(whole, kReferenceShortReportMagic, bytes);
+}
+
 CodecVerdict decode(std::span<const std::uint8_t> bytes, ReferenceShortReport& report) noexcept {
   ReferenceShortReport read;
-  const CodecVerdict verdict = reference_bytes::read_record(bytes, kReferenceShortReportBytes,
-                                                            kReferenceShortReportMagic, read);
+  reference_bytes::WithGripper<ReferenceShortReport> whole{read};
+  const CodecVerdict verdict =
+      bytes.size() == kReferenceShortGripperBytes
+          ? reference_bytes::read_record(bytes, kReferenceShortGripperBytes,
+                                         kReferenceShortReportMagic, whole)
+          : reference_bytes::read_record(bytes, kReferenceShortReportBytes,
+                                         kReferenceShortReportMagic, read);
   if (verdict != CodecVerdict::kOk) return verdict;
   if ((read.status & ~unsigned{kReferenceStatusBits}) != 0 ||
       (read.faults & ~kReferenceFaultBits) != 0) {
@@ -81,11 +104,13 @@ ReferenceReport in_full(const ReferenceShortReport& report) noexcept {
   r.faults = report.faults;
   r.rejected = report.rejected;
   r.accepted_sequence = report.accepted_sequence;
+  if (report.gripper != 0) r.gripper = 1 + (report.gripper - 1u) * kReferenceShortGap_um;
   return r;
 }
 
 CodecVerdict decode_either(std::span<const std::uint8_t> bytes, ReferenceReport& report) noexcept {
-  if (bytes.size() != kReferenceShortReportBytes) return decode(bytes, report);
+  if (bytes.size() != kReferenceShortReportBytes && bytes.size() != kReferenceShortGripperBytes)
+    return decode(bytes, report);
   ReferenceShortReport read;
   const CodecVerdict verdict = decode(bytes, read);
   if (verdict == CodecVerdict::kOk) report = in_full(read);

@@ -13,10 +13,13 @@
 namespace haptic::hal {
 
 inline constexpr std::size_t kReferenceShortReportBytes = 60;
+/// With a gripper, for a host of 1.1.
+inline constexpr std::size_t kReferenceShortGripperBytes = 62;
+inline constexpr std::uint32_t kReferenceShortGap_um = 10;
 inline constexpr std::uint16_t kReferenceShortReportMagic = 0x4853;
 
 /// 60 bytes: 0 u16 magic, 2 u8 version, 3 u8 status, then the members in their order from byte 4
-/// on, 56 u32 CRC-32.
+/// on, 56 u32 CRC-32. 62 bytes: 56 u16 gripper, 58 u32 CRC-32.
 struct ReferenceShortReport {
   std::uint8_t status = 0;                    ///< ReferenceStatusBit
   std::uint32_t sequence = 0;                 ///< byte 4
@@ -29,6 +32,7 @@ struct ReferenceShortReport {
   std::uint8_t faults = 0;                         ///< 50: kReferenceFaultBits
   std::uint8_t rejected = 0;                       ///< 51: lowest byte of the commands rejected
   std::uint32_t accepted_sequence = 0;             ///< 52: of the last command accepted
+  std::uint16_t gripper = 0;  ///< 1 + gap [10 um], 0: none is measured; not in 60 bytes
 
   friend bool operator==(const ReferenceShortReport&, const ReferenceShortReport&) = default;
 };
@@ -36,6 +40,8 @@ struct ReferenceShortReport {
 /// Any member value is written, also those that `decode` refuses.
 void encode(const ReferenceShortReport& report,
             std::span<std::uint8_t, kReferenceShortReportBytes> bytes) noexcept;
+void encode(const ReferenceShortReport& report,
+            std::span<std::uint8_t, kReferenceShortGripperBytes> bytes) noexcept;
 
 /// Refuses wrong length, magic, version, check sum, unknown bits, and x y z longer than 1.001;
 /// `report` is unchanged then. An accepted report encodes to the same bytes.

@@ -9,6 +9,7 @@ enum {
   COMMAND_MAGIC = 0x4843,
   BLOCK_MAGIC = 0x4842,
   VERSION = 1,
+  MINOR_VERSION = 1,
   BLOCK_REQUEST_TYPE = 0xc1, /* device to host, vendor, interface */
   BLOCK_REQUEST = 0x01
 };
@@ -136,6 +137,12 @@ static uint32_t torque_limit(const struct haptic_device* device) {
   return slewed_limit(device, facts->max_torque, facts->max_torque_rate_mnm_per_s, 100u);
 }
 
+static int is_slewing(const struct haptic_device* device) {
+  const struct haptic_facts* facts = &device->facts;
+  return device->drive.is_on &&
+         (force_limit(device) < facts->max_force || torque_limit(device) < facts->max_torque);
+}
+
 /* The motors get what was asked for, within what they may have by now. */
 static void exert(struct haptic_device* device) {
   shorten(device->drive.force, device->asked_force, force_limit(device));
@@ -158,14 +165,18 @@ void haptic_device_begin(struct haptic_device* device, const struct haptic_facts
   device->is_fresh = 1;
   device->is_cut = device->is_stopped = device->stop_is_pressed = 0;
   device->is_calibrated = device->was_calibrated = device->is_fatal = 0;
-  device->twist_is_valid = 0;
+  device->twist_is_valid = device->minor = 0;
 }
 
 const struct haptic_drive* haptic_device_drive(const struct haptic_device* device) {
   return &device->drive;
 }
 
-void haptic_device_bus_event(struct haptic_device* device) { drives_off(device); }
+/* Who comes next has not asked yet. */
+void haptic_device_bus_event(struct haptic_device* device) {
+  drives_off(device);
+  device->minor = 0;
+}
 
 /* A command may be stamped later than the sample of the period that it interrupts, by a little: the
  * distance counts, not its sign, so that a clock that jumps back cuts instead of waiting. */
@@ -201,7 +212,17 @@ static uint32_t status_of(const struct haptic_device* device) {
   if (device->twist_is_valid) status |= HAPTIC_TWIST_VALID;
   if (device->is_cut) status |= HAPTIC_WATCHDOG_CUT;
   if (device->is_stopped) status |= HAPTIC_EMERGENCY_STOP;
+  if (device->minor != 0 && is_slewing(device)) status |= HAPTIC_SLEWING;
   return status;
+}
+
+/* Field of the gripper in steps of so many um: one more than the gap, so that 0 is left for none.
+ */
+static uint32_t gripper_of(const struct haptic_device* device, const struct haptic_sample* sample,
+                           uint32_t step) {
+  const uint32_t largest = device->facts.largest_gap_um;
+  if (device->minor == 0 || largest == 0 || !sample->gap_is_measured) return 0;
+  return 1u + (sample->gap_um < largest ? sample->gap_um : largest) / step;
 }
 
 /* Reports. */
@@ -227,7 +248,7 @@ static size_t put_report(const struct haptic_device* device, const struct haptic
   at = put32(at, device->tick);
   at = put32(at, device->rejected);
   at = put32(at, device->accepted);
-  return closed(report, put32(at, 0));
+  return closed(report, put32(at, gripper_of(device, sample, 1u)));
 }
 
 /* x y z of the unit quaternion with w >= 0 that turns as `q` does. The host computes w from them,
@@ -260,6 +281,10 @@ static uint32_t steps_of(int32_t value, uint32_t step) {
   return (uint32_t)with_sign_of(value, steps < 32767u ? steps : 32767u);
 }
 
+static int has_gripper(const struct haptic_device* device) {
+  return device->minor != 0 && device->facts.largest_gap_um != 0;
+}
+
 static size_t put_short_report(const struct haptic_device* device,
                                const struct haptic_sample* sample, uint8_t* report) {
   const int senses = device->twist_is_valid;
@@ -275,12 +300,22 @@ static size_t put_short_report(const struct haptic_device* device,
     at = put16(at, senses ? steps_of(sample->angular_velocity_urad_per_s[k], 1000) : 0);
   at = put16(at, sample->switches);
   at = put8(put8(at, device->faults), device->rejected);
-  return closed(report, put32(at, device->accepted));
+  at = put32(at, device->accepted);
+  if (has_gripper(device)) {
+    const uint32_t gripper = gripper_of(device, sample, 10u);
+    at = put16(at, gripper < 0xffffu ? gripper : 0xffffu);
+  }
+  return closed(report, at);
+}
+
+static size_t report_bytes(const struct haptic_device* device) {
+  if (!device->facts.is_short) return HAPTIC_REPORT_BYTES;
+  return has_gripper(device) ? HAPTIC_SHORT_GRIPPER_BYTES : HAPTIC_SHORT_REPORT_BYTES;
 }
 
 size_t haptic_device_period(struct haptic_device* device, const struct haptic_sample* sample,
                             uint8_t* report, size_t size) {
-  const size_t needed = device->facts.is_short ? HAPTIC_SHORT_REPORT_BYTES : HAPTIC_REPORT_BYTES;
+  const size_t needed = report_bytes(device);
   size_t written = 0;
   take(device, sample);
   slew(device);
@@ -334,8 +369,24 @@ int32_t haptic_device_command(struct haptic_device* device, const uint8_t* bytes
 
 /* Capability block. */
 
-int32_t haptic_device_answer(const struct haptic_device* device, uint8_t request_type,
-                             uint8_t request, uint16_t value, uint8_t* room, size_t size) {
+/* 24 bytes, the last of them 0 in any case. */
+static uint8_t* put_name(uint8_t* at, const char* name) {
+  int k, ended = name == 0;
+  for (k = 0; k < HAPTIC_MOST_LETTERS; ++k) {
+    ended = ended || name[k] == 0;
+    at = put8(at, ended ? 0u : name[k] >= 0x20 && name[k] <= 0x7e ? (uint32_t)name[k] : 0x3fu);
+  }
+  return put8(at, 0u);
+}
+
+static uint8_t* put_long_part(uint8_t* at, const struct haptic_facts* facts) {
+  at = put16(put8(put8(at, MINOR_VERSION), facts->is_displacement != 0), 0);
+  at = put32(put32(at, facts->latency_us), facts->largest_gap_um);
+  return put_name(put_name(put32(at, 0), facts->name), facts->serial);
+}
+
+int32_t haptic_device_answer(struct haptic_device* device, uint8_t request_type, uint8_t request,
+                             uint16_t value, uint8_t* room, size_t size) {
   const struct haptic_facts* facts = &device->facts;
   uint8_t* at = room;
   if (request_type != BLOCK_REQUEST_TYPE || request != BLOCK_REQUEST || value != VERSION ||
@@ -352,5 +403,7 @@ int32_t haptic_device_answer(const struct haptic_device* device, uint8_t request
   at = put32(put32(at, facts->mass_mg), facts->damping_uns_per_m);
   at = put32(at, facts->friction);
   at = put32(put32(at, facts->encoder_step_nm), facts->encoder_step_nrad);
-  return (int32_t)closed(room, put32(at, facts->workspace_radius_um));
+  at = put32(at, facts->workspace_radius_um);
+  device->minor = size >= HAPTIC_LONG_BLOCK_BYTES ? MINOR_VERSION : 0;
+  return (int32_t)closed(room, device->minor != 0 ? put_long_part(at, facts) : at);
 }

@@ -17,10 +17,13 @@ extern "C" {
 #endif
 
 enum {
-  HAPTIC_REPORT_BYTES = 96,       /**< of high speed: 8 kHz, one packet */
-  HAPTIC_SHORT_REPORT_BYTES = 60, /**< of full speed: 1 kHz, one packet of 64 bytes */
+  HAPTIC_REPORT_BYTES = 96,        /**< of high speed: 8 kHz, one packet */
+  HAPTIC_SHORT_REPORT_BYTES = 60,  /**< of full speed: 1 kHz, one packet of 64 bytes */
+  HAPTIC_SHORT_GRIPPER_BYTES = 62, /**< the same with a gripper, for a host of 1.1 */
   HAPTIC_COMMAND_BYTES = 56,
-  HAPTIC_BLOCK_BYTES = 64 /**< of version 1.0 */
+  HAPTIC_BLOCK_BYTES = 64,       /**< of version 1.0 */
+  HAPTIC_LONG_BLOCK_BYTES = 128, /**< of version 1.1 */
+  HAPTIC_MOST_LETTERS = 23       /**< of a name */
 };
 
 /** Bits of a report's status: section 3. */
@@ -29,7 +32,8 @@ enum {
   HAPTIC_DRIVES_ON = 1 << 1,
   HAPTIC_TWIST_VALID = 1 << 2,
   HAPTIC_WATCHDOG_CUT = 1 << 3,
-  HAPTIC_EMERGENCY_STOP = 1 << 4
+  HAPTIC_EMERGENCY_STOP = 1 << 4,
+  HAPTIC_SLEWING = 1 << 5
 };
 
 /** Bits of a report's faults: section 3. */
@@ -51,6 +55,11 @@ struct haptic_facts {
   uint32_t max_stiffness_mn_per_m, max_damping_mns_per_m;
   uint32_t mass_mg, damping_uns_per_m, friction; /**< friction: 10 uN */
   uint32_t encoder_step_nm, encoder_step_nrad, workspace_radius_um;
+  /* Of version 1.1. */
+  uint8_t is_displacement;   /**< the pose is what the board integrates of a displacement */
+  uint32_t latency_us;       /**< of its own, from a sample to the begin of its wrench */
+  uint32_t largest_gap_um;   /**< of the gripper; 0: none is measured */
+  const char *name, *serial; /**< printable ASCII, which stays where it is; null: not stated */
 };
 
 /** Sample of the board, all at one instant. */
@@ -61,6 +70,8 @@ struct haptic_sample {
   int32_t velocity_um_per_s[3], angular_velocity_urad_per_s[3];
   uint32_t switches;
   uint32_t faults;          /**< HAPTIC_FAULT_HOT, _DRIVE: what the board knows itself */
+  uint32_t gap_um;          /**< of the gripper, where gap_is_measured */
+  uint8_t gap_is_measured;  /**< in this sample */
   uint8_t twist_is_missing; /**< in this sample, of a device that senses it otherwise */
   uint8_t is_calibrated;    /**< position and orientation are absolute and true */
   uint8_t stop_is_pressed;  /**< the emergency stop's input */
@@ -83,15 +94,16 @@ struct haptic_device {
   uint64_t fed_us;
   uint32_t sequence, accepted, tick, rejected, faults;
   uint8_t is_fresh, is_cut, is_stopped, stop_is_pressed, is_calibrated, was_calibrated, is_fatal,
-      twist_is_valid;
+      twist_is_valid, minor; /**< of the version that the host speaks */
 };
 
 /** Power-up: drives off, counters 0, no force before a command without the drives' bit. */
 void haptic_device_begin(struct haptic_device* device, const struct haptic_facts* facts);
 
-/** Answers a control request (section 5). @return bytes of the answer in `room`; negative: stall */
-int32_t haptic_device_answer(const struct haptic_device* device, uint8_t request_type,
-                             uint8_t request, uint16_t value, uint8_t* room, size_t size);
+/** Answers a control request (section 5), whose wLength is `size`: from 128 on the host speaks 1.1,
+ * and reports have what that adds. @return bytes of the answer in `room`; negative: stall */
+int32_t haptic_device_answer(struct haptic_device* device, uint8_t request_type, uint8_t request,
+                             uint16_t value, uint8_t* room, size_t size);
 
 /** Every period, from the timer: takes the sample, cuts the drives that no command has fed for the
  * watchdog's time, writes the report. @return its bytes, 0: `size` is too small for it, all else is

@@ -38,6 +38,7 @@ class LocalLink final : public DeviceLink, private ReportTransfers {
   void emergency_stop() noexcept override { flow_.emergency_stop(); }
   [[nodiscard]] LinkState state() const noexcept override { return flow_.state(); }
   [[nodiscard]] HeldWrench held() const noexcept override { return flow_.held(); }
+  [[nodiscard]] std::optional<double> gap_m() const noexcept override { return flow_.gap_m(); }
   [[nodiscard]] LinkCounters counters() const noexcept override {
     return snapshot(flow_.counters());
   }

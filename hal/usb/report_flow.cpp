@@ -58,6 +58,7 @@ ReportFlow::ReportFlow(Driver& driver, const DeviceMailbox& mailbox,
       settings_(settings),
       guard_(settings.limits),
       faults_({settings.silence_ns, settings.corrupt_in_a_row, settings.frozen_in_a_row}),
+      gripper_(settings.gripper),
       period_ns_(usable(settings.limits).period_ns) {}
 
 std::int64_t ReportFlow::now_ns() const noexcept {
@@ -162,6 +163,8 @@ void ReportFlow::end(bool lost, HalStatus why) noexcept {
   zero_held_ = false;
   sent_.begin();
   tell_held({});
+  gripper_.open();
+  gap_m_.store(-1.0, std::memory_order_relaxed);
   state_.link = LinkState::kAbsent;
   state_.twist_valid = false;
   state_.faults = 0;
@@ -187,6 +190,7 @@ void ReportFlow::take_report(std::span<const std::uint8_t> bytes, std::int64_t n
   faults_.note(verdict_, stamp_ns);
   follow_switches();
   if (verdict_ == ReportVerdict::kState) {
+    follow_gripper();
     const CommandReceipt receipt = driver_.receipt();
     faults_.set_present(kLinkDeaf, receipt.unanswered >= kMostUnanswered);
     sent_.told(receipt);
@@ -374,6 +378,15 @@ void ReportFlow::follow_switches() noexcept {
   if (pressed != outer_switches_) note({.kind = LinkEventKind::kSwitches, .number = pressed});
   outer_switches_ = pressed;
   state_.switches = (state_.switches & ~kInputSwitch) | pressed;
+}
+
+// Of a new state alone: a report that was refused says nothing of the gripper.
+void ReportFlow::follow_gripper() noexcept {
+  const std::optional<Real> gap_m = driver_.gap_m();
+  gap_m_.store(gap_m ? static_cast<double>(*gap_m) : -1.0, std::memory_order_relaxed);
+  if (!settings_.gripper.is_used()) return;
+  const bool closed = gripper_.closed(gap_m);
+  state_.switches = (state_.switches & ~kClosedGripper) | (closed ? kClosedGripper : 0u);
 }
 
 // Fills in the state of a device whose silence means rest, once a period.

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -63,6 +64,11 @@ class ReportFlow final : public TransferSink {
     return {held_force_n_.load(std::memory_order_relaxed),
             held_torque_nm_.load(std::memory_order_relaxed)};
   }
+  /// As DeviceLink::gap_m, from any thread.
+  [[nodiscard]] std::optional<double> gap_m() const noexcept {
+    const double gap_m = gap_m_.load(std::memory_order_relaxed);
+    return gap_m >= 0 ? std::optional(gap_m) : std::nullopt;
+  }
   /// Capabilities that the device of the last connection stated.
   [[nodiscard]] const DeviceCapabilities& stated() const noexcept { return stated_; }
   /// True if the device of the connection before stated others.
@@ -96,6 +102,7 @@ class ReportFlow final : public TransferSink {
   void follow_holder() noexcept;
   void follow_calls() noexcept;
   void follow_switches() noexcept;
+  void follow_gripper() noexcept;
   void fill_silence(std::int64_t now_ns) noexcept;
   void release() noexcept;
   void take_report(std::span<const std::uint8_t> bytes, std::int64_t now_ns,
@@ -115,6 +122,7 @@ class ReportFlow final : public TransferSink {
   LinkCounters counters_;
   OutputGuard guard_;
   LinkFaults faults_;
+  GripperSwitch gripper_;
   std::int64_t period_ns_;
 
   DeviceCommand command_;        ///< the newest
@@ -141,6 +149,7 @@ class ReportFlow final : public TransferSink {
   std::atomic<bool> servo_lost_{false};
   std::atomic<LinkState> link_{LinkState::kAbsent};
   std::atomic<double> held_force_n_{0}, held_torque_nm_{0};
+  std::atomic<double> gap_m_{-1};  ///< below 0: none
 };
 
 }  // namespace haptic::hal

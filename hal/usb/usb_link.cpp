@@ -151,6 +151,7 @@ void UsbLink::use_mailbox(const DeviceMailbox& mailbox) noexcept {
 }
 LinkState UsbLink::state() const noexcept { return inside_->flow.state(); }
 HeldWrench UsbLink::held() const noexcept { return inside_->flow.held(); }
+std::optional<double> UsbLink::gap_m() const noexcept { return inside_->flow.gap_m(); }
 LinkCounters UsbLink::counters() const noexcept { return snapshot(inside_->flow.counters()); }
 
 std::string UsbLink::trouble() const {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -14,6 +15,7 @@
 #include "hal/device_link.hpp"
 #include "hal/device_mailbox.hpp"
 #include "hal/drivers/driver.hpp"
+#include "hal/input/gripper_switch.hpp"
 #include "hal/input/switch_source.hpp"
 #include "hal/usb/link_tape.hpp"
 #include "hal/usb/output_guard.hpp"
@@ -54,6 +56,8 @@ struct LinkSettings {
   std::int64_t retry_ns = 200'000'000;  ///< between attempts to open a device that is absent
   /// Switches that are not the device's; they outlive the link. Null: none.
   SwitchSource* switches = nullptr;
+  /// The device's gripper as the switch kClosedGripper, which the device itself then has not.
+  GripperSettings gripper;
   /// Clock and, report-clocked, what to do while waiting; null: CLOCK_MONOTONIC and a yield.
   std::int64_t (*clock)(void* context) = nullptr;
   /// For how long the machine has slept so far, with the context of `clock`; null: CLOCK_BOOTTIME
@@ -119,6 +123,7 @@ class UsbLink final : public DeviceLink {
 
   [[nodiscard]] LinkState state() const noexcept override;
   [[nodiscard]] HeldWrench held() const noexcept override;
+  [[nodiscard]] std::optional<double> gap_m() const noexcept override;
   [[nodiscard]] LinkCounters counters() const noexcept override;
   /// Text of the last trouble with libusb's code and what to do, for people; not for the loop.
   [[nodiscard]] std::string trouble() const override;

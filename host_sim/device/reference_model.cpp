@@ -91,7 +91,7 @@ void ReferenceModel::place(const DeviceState& state) {
 void ReferenceModel::power_up() {
   drives_off();
   jump_m_.setZero();
-  cut_ = false;
+  cut_ = host_speaks_1_1_ = false;
   fresh_ = true;
   stopped_ = stop_pressed_;
   sequence_ = accepted_ = tick_ = rejected_ = faults_ = 0;
@@ -114,6 +114,18 @@ double ReferenceModel::time_s() const {
 
 bool ReferenceModel::may_drive() const {
   return !fresh_ && !cut_ && !stopped_ && (faults_ & kNoDrives) == 0;
+}
+
+/// Some of the force or torque that it can give is still withheld.
+bool ReferenceModel::is_slewing() const {
+  const double on_s = static_cast<double>(on_periods_) / settings_.report_rate_hz;
+  const double half_s = 0.5e-9 * static_cast<double>(settings_.watchdog_ns);
+  const auto time_s = [&](double limit, double rate) { return rate > 0 ? limit / rate : half_s; };
+  const DeviceModel model = device_with(settings_);
+  constexpr double kRounding_s = 1e-9;
+  return on_ && on_s + kRounding_s <
+                    std::max(time_s(model.max_force_n, settings_.max_force_rate_n_per_s),
+                             time_s(model.max_torque_nm, settings_.max_torque_rate_nm_per_s));
 }
 
 /// The power stage begins at zero; from then on a limit that grows period by period, until it is
@@ -160,6 +172,7 @@ std::size_t ReferenceModel::report_into(std::span<std::uint8_t> bytes) const {
   set(settings_.twist_sensed, hal::kReferenceTwistValid);
   set(cut_, hal::kReferenceWatchdogCut);
   set(stopped_, hal::kReferenceEmergencyStop);
+  set(host_speaks_1_1_ && is_slewing(), hal::kReferenceSlewing);
   r.sequence = sequence_;
   r.time_us = static_cast<std::uint64_t>((time_ns() + 500) / 1000);
   r.position = units(sensed.x0_w + jump_m_, hal::kReferencePositionUnit_m);
@@ -174,6 +187,10 @@ std::size_t ReferenceModel::report_into(std::span<std::uint8_t> bytes) const {
   r.accepted_tick = tick_;
   r.rejected = rejected_;
   r.accepted_sequence = accepted_;
+  if (host_speaks_1_1_ && settings_.largest_gap_m > 0) {
+    const double gap_m = std::clamp(action_.gap_m, 0.0, settings_.largest_gap_m);
+    r.gripper = 1 + units<std::uint32_t>(gap_m, hal::kReferenceGapUnit_m);
+  }
   hal::encode(r, bytes.first<hal::kReferenceReportBytes>());
   return hal::kReferenceReportBytes;
 }
@@ -205,6 +222,24 @@ bool ReferenceModel::command(std::span<const std::uint8_t> bytes) {
     exert();
   }
   return true;
+}
+
+std::size_t ReferenceModel::answer_into(std::span<std::uint8_t> room) {
+  if (room.size() < hal::kReferenceBlockBytes) return 0;
+  host_speaks_1_1_ = settings_.speaks_1_1 && room.size() >= hal::kReferenceLongBlockBytes;
+  if (!host_speaks_1_1_) {
+    hal::encode(block(), room.first<hal::kReferenceBlockBytes>());
+    return hal::kReferenceBlockBytes;
+  }
+  hal::ReferenceLongBlock b;
+  b.first = block();
+  b.is_displacement = settings_.is_displacement;
+  b.latency_us = units<std::uint32_t>(settings_.latency_s, 1e-6);
+  b.largest_gap_um = units<std::uint32_t>(settings_.largest_gap_m, hal::kReferenceGapUnit_m);
+  b.name = hal::device_text(settings_.name);
+  b.serial = hal::device_text(settings_.serial);
+  hal::encode(b, room.first<hal::kReferenceLongBlockBytes>());
+  return hal::kReferenceLongBlockBytes;
 }
 
 hal::ReferenceBlock ReferenceModel::block() const {

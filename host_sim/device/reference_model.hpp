@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "hal/drivers/reference_codec.hpp"
@@ -20,6 +21,7 @@ namespace haptic::sim {
 struct HandAction {
   HandTarget target;           ///< handle point and orientation in D
   std::uint32_t switches = 0;  ///< bits pressed
+  double gap_m = 0;            ///< of the gripper, where the device has one
 };
 
 /// Encoder steps: the coarser of these and those of `device` (0: exact, except for the protocol's
@@ -34,6 +36,12 @@ struct ReferenceModelSettings {
   /// Stated; the device's own limits grow at them when the drives go on. 0: not stated.
   double max_force_rate_n_per_s = 2000, max_torque_rate_nm_per_s = 40;
   bool twist_sensed = true;  ///< else velocities are sent as zero and not valid
+  /// Of version 1.1; a device of 1.0 answers every host as one of 1.0.
+  bool speaks_1_1 = false;
+  bool is_displacement = false;
+  double latency_s = 0;      ///< stated, not simulated: that is `device`'s
+  double largest_gap_m = 0;  ///< of the gripper; 0: it has none
+  std::string name, serial;
 };
 
 /// Owner: one thread. Equal calls give equal bytes.
@@ -51,6 +59,11 @@ class ReferenceModel {
   /// Bus reset, or the cable pulled out: as a command with the drives' bit clear, that acknowledges
   /// nothing.
   void drives_off();
+  /// As `drives_off`, and who comes next has not asked for a block yet.
+  void bus_event() {
+    drives_off();
+    host_speaks_1_1_ = false;
+  }
 
   /// One report period passes: the wrench accepted so far acts, the hand moves. Then the report of
   /// the new sample is made, the watchdog first.
@@ -64,7 +77,10 @@ class ReferenceModel {
   /// the reports, otherwise without effect. Returns whether it was accepted.
   bool command(std::span<const std::uint8_t> bytes);
 
-  /// The capability block that the device returns on request.
+  /// Answers the request for a block into `room` of the length that the host asks for, which says
+  /// what version it speaks. @return the length; 0: a stall. No heap.
+  std::size_t answer_into(std::span<std::uint8_t> room);
+  /// The block of 1.0.
   [[nodiscard]] hal::ReferenceBlock block() const;
   /// This instead from now on, as another device would, or its own again; nothing else changes.
   void state_block(const std::optional<hal::ReferenceBlock>& block) { stated_ = block; }
@@ -102,6 +118,7 @@ class ReferenceModel {
  private:
   [[nodiscard]] bool may_drive() const;
   void exert();
+  [[nodiscard]] bool is_slewing() const;
   [[nodiscard]] std::int64_t time_ns() const;
 
   ReferenceModelSettings settings_;
@@ -113,6 +130,7 @@ class ReferenceModel {
   Vector jump_m_ = Vector::Zero();
   Load asked_, wrench_, acting_;  ///< accepted; of it, given now; on the handle in the last period
   std::uint64_t on_periods_ = 0;  ///< since the drives went on
+  bool host_speaks_1_1_ = false;
   bool on_ = false, cut_ = false, stop_pressed_ = false, stopped_ = false;
   bool fresh_ = true;  ///< no command without the drives' bit since power-up
   std::int64_t fed_ns_ = 0;

@@ -12,22 +12,21 @@ ReferencePeer::ReferencePeer(ReferenceModel& model)
     : model_(model), period_ns_(std::llround(1e9 * model.period_s())) {}
 
 hal::HalStatus ReferencePeer::plug(std::int64_t now_ns) noexcept {
-  model_.drives_off();
+  model_.bus_event();
   due_ns_ = now_ns + period_ns_;
   return hal::HalStatus::kOk;
 }
 
-void ReferencePeer::unplug() noexcept { model_.drives_off(); }
+void ReferencePeer::unplug() noexcept { model_.bus_event(); }
 
 hal::HalStatus ReferencePeer::control(const hal::ControlRequest& request,
                                       std::span<std::uint8_t> bytes, std::size_t& moved) noexcept {
   moved = 0;
   if (request.request_type != hal::kReferenceBlockRequestType ||
-      request.request != hal::kReferenceBlockRequest || bytes.size() < hal::kReferenceBlockBytes)
+      request.request != hal::kReferenceBlockRequest)
     return hal::HalStatus::kTransferFailed;  // as a stall
-  hal::encode(model_.block(), bytes.first<hal::kReferenceBlockBytes>());
-  moved = hal::kReferenceBlockBytes;
-  return hal::HalStatus::kOk;
+  moved = model_.answer_into(bytes);
+  return moved > 0 ? hal::HalStatus::kOk : hal::HalStatus::kTransferFailed;
 }
 
 std::size_t ReferencePeer::report(std::int64_t now_ns, std::span<std::uint8_t> bytes,

@@ -2,7 +2,6 @@
 #include "host_sim/device/reference_usb.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <utility>
@@ -54,15 +53,12 @@ int ReferenceUsb::control(std::uint8_t request_type, std::uint8_t request, std::
   const std::lock_guard lock(mutex_);
   if (request_type == hal::kReferenceBlockRequestType && request == hal::kReferenceBlockRequest) {
     if (value != hal::kReferenceVersion || index != 0) return -EPIPE;
-    std::array<std::uint8_t, hal::kReferenceBlockBytes> block{};
-    hal::encode(model_.block(), std::span<std::uint8_t, hal::kReferenceBlockBytes>(block));
-    const std::size_t moved = std::min(block.size(), bytes.size());
-    std::copy_n(block.begin(), moved, bytes.begin());
-    return static_cast<int>(moved);
+    const std::size_t moved = model_.answer_into(bytes);
+    return moved > 0 ? static_cast<int>(moved) : -EPIPE;
   }
   const bool standard = (request_type & 0x60u) == 0;
   if (standard && (request == kSetConfiguration || request == kSetInterface)) {
-    model_.drives_off();
+    model_.bus_event();
     return 0;
   }
   return standard && request == kClearFeature ? 0 : -EPIPE;
@@ -91,7 +87,7 @@ int ReferenceUsb::plug() {
 // Does what the kernel does with a new device: sets the configuration, which takes the drives off.
 void ReferenceUsb::plug_locked() {
   if (!carriers_.empty()) carriers_.back()->unplug();
-  model_.drives_off();
+  model_.bus_event();
   failing_ = 0;
   if (carriers_.size() > kKeptCarriers) {
     retired_.push_back(std::move(carriers_.front()));

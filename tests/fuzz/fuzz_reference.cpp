@@ -4,6 +4,7 @@
 /// and wrenches in any order. Check sums are put right in some of them, or no mutation would pass.
 #include <array>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 #include "hal/drivers/reference_driver.hpp"
@@ -34,6 +35,7 @@ void round_trip(std::span<const std::uint8_t> bytes) {
     require(record == Record{}, "what is refused leaves the record as it was");
     return;
   }
+  if (bytes.size() != N) return;  // the other form of a short report
   std::array<std::uint8_t, N> again{};
   encode(record, again);
   require(std::equal(again.begin(), again.end(), bytes.begin(), bytes.end()),
@@ -78,15 +80,25 @@ class Session {
  public:
   /// False when the device is not started.
   bool start(ReportStream& input) {
-    const std::uint8_t kind = input.byte() % 3;
+    const std::uint8_t kind = input.byte() % 4;
     std::array<std::uint8_t, kReferenceBlockBytes> block{};
+    std::array<std::uint8_t, kReferenceLongBlockBytes> long_block{};
+    std::span<const std::uint8_t> answer = block;
     encode(ReferenceBlock{}, block);
-    if (kind != 0) block = input.bytes<kReferenceBlockBytes>();
+    if (kind == 3) {
+      long_block = input.bytes<kReferenceLongBlockBytes>();
+      long_block[60] = kReferenceMinor;
+      seal(long_block, kReferenceBlockMagic);
+      answer = long_block;
+    } else if (kind != 0) {
+      block = input.bytes<kReferenceBlockBytes>();
+    }
     if (kind == 2) seal(block, kReferenceBlockMagic);
-    BlockPort port(block);
+    BlockPort port(answer);
     const bool started = driver_.start(port) == HalStatus::kOk;
-    ReferenceBlock read;
-    require(!started || decode(block, read) == CodecVerdict::kOk, "only a valid block starts");
+    require(!started || decode_either(answer, block_) == CodecVerdict::kOk,
+            "only a valid block starts");
+    if (!started) block_ = {};
     require(is_plausible(driver_.capabilities()), "capabilities are plausible at any time");
     return started;
   }
@@ -95,7 +107,7 @@ class Session {
     const std::vector<std::uint8_t> exact(bytes.begin(), bytes.end());
     const ReportVerdict verdict = fuzz::checked_read(driver_, exact, 0, state_);
     ReferenceReport report;
-    const bool valid = decode_either(exact, report) == CodecVerdict::kOk;
+    const bool valid = decode_either(exact, report) == CodecVerdict::kOk && is_of_version(report);
     const bool newer = !reported_ || is_newer(report.sequence, last_.sequence);
     require((verdict == ReportVerdict::kState) == (valid && newer),
             "valid and newer reports are taken, no others");
@@ -103,6 +115,10 @@ class Session {
     const bool calibrated =
         (report.status & kReferenceCalibrated) != 0 && (report.faults & kDeviceNotHomed) == 0;
     require((state_.link == LinkState::kReady) == calibrated, "ready means calibrated");
+    const std::optional<Real> gap_m = driver_.gap_m();
+    require(gap_m.has_value() == (report.gripper != 0), "a gap is one of this report");
+    require(!gap_m || (*gap_m >= 0 && *gap_m <= driver_.capabilities().largest_gap_m),
+            "a gap is within the gripper's");
     require((report.faults & ~state_.faults) == 0, "no fault of the device is lost");
     driving_ = calibrated && (report.status & kReferenceDrivesOn) != 0 &&
                (report.status & (kReferenceWatchdogCut | kReferenceEmergencyStop)) == 0 &&
@@ -116,9 +132,11 @@ class Session {
   void read_composed(ReportStream& input) {
     std::array<std::uint8_t, kReferenceReportBytes> bytes = input.bytes<kReferenceReportBytes>();
     bytes[3] &= kReferenceStatusBits;
+    if (block_.minor == 0) bytes[3] &= static_cast<std::uint8_t>(~unsigned{kReferenceSlewing});
     bytes[72] &= kReferenceFaultBits;
     std::fill_n(bytes.begin() + 73, 3, std::uint8_t{0});
     std::fill_n(bytes.begin() + 88, 4, std::uint8_t{0});
+    if (block_.largest_gap_um > 255) bytes[88] = bytes[12];
     if (bytes[31] % 2 == 0) {
       std::fill_n(bytes.begin() + 28, 16, std::uint8_t{0});
       bytes[43] = 0x40;
@@ -137,6 +155,7 @@ class Session {
   void read_composed_short(ReportStream& input) {
     auto bytes = input.bytes<kReferenceShortReportBytes>();
     bytes[3] &= kReferenceStatusBits;
+    bytes[3] &= static_cast<std::uint8_t>(~unsigned{kReferenceSlewing});
     bytes[50] &= kReferenceFaultBits;
     for (const std::size_t high : {27u, 31u, 35u}) bytes[high] %= 0x20;
     const std::uint32_t sequence = last_.sequence + 1 + bytes[4] % 4;
@@ -193,7 +212,14 @@ class Session {
            rest.torque_w.cwiseAbs().maxCoeff() < 0.6e-7_r;
   }
 
+  [[nodiscard]] bool is_of_version(const ReferenceReport& report) const {
+    if (block_.minor == 0 && (report.status & kReferenceSlewing) != 0) return false;
+    return report.gripper == 0 ||
+           (block_.largest_gap_um != 0 && report.gripper <= block_.largest_gap_um + 1);
+  }
+
   ReferenceDriver driver_;
+  ReferenceLongBlock block_;
   DeviceState state_;
   ReferenceReport last_;
   bool reported_ = false, commanded_ = false;
@@ -239,8 +265,10 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::span<const std::uint8_t> input(data, size);
   both_ways<kReferenceReportBytes, ReferenceReport>(input, kReferenceReportMagic);
   both_ways<kReferenceShortReportBytes, ReferenceShortReport>(input, kReferenceShortReportMagic);
+  both_ways<kReferenceShortGripperBytes, ReferenceShortReport>(input, kReferenceShortReportMagic);
   both_ways<kReferenceCommandBytes, ReferenceCommand>(input, kReferenceCommandMagic);
   both_ways<kReferenceBlockBytes, ReferenceBlock>(input, kReferenceBlockMagic);
+  both_ways<kReferenceLongBlockBytes, ReferenceLongBlock>(input, kReferenceBlockMagic);
   run_session(input);
   return 0;
 }

@@ -88,6 +88,23 @@ std::string block_session() {
   return text + push(1.0f) + raw_report(report);
 }
 
+/// A device of 1.1 with a gripper.
+std::string long_block_session() {
+  ReferenceLongBlock block;
+  block.latency_us = 400;
+  block.largest_gap_um = 70'000;
+  block.name = device_text("Desk arm");
+  block.serial = device_text("007");
+  ReferenceReport report;
+  report.status = kReferenceCalibrated | kReferenceSlewing;
+  report.sequence = 1;
+  report.gripper = 25'001;
+  std::string text = '\3' + text_of<kReferenceLongBlockBytes>(block) + raw_report(report);
+  report.sequence = 2;
+  report.gripper = 70'002;
+  return text + kZeroWrench + raw_report(report) + composed_report(report);
+}
+
 }  // namespace
 
 std::vector<Seed> seeds() {
@@ -105,7 +122,10 @@ std::vector<Seed> seeds() {
           {"session_drop", session(kReferenceCalibrated)},
           {"session_lost", session(0)},
           {"session_short", short_session()},
-          {"session_block", block_session()}};
+          {"session_block", block_session()},
+          {"long_block", text_of<kReferenceLongBlockBytes>(ReferenceLongBlock{})},
+          {"short_gripper", text_of<kReferenceShortGripperBytes>(ReferenceShortReport{})},
+          {"session_long_block", long_block_session()}};
 }
 
 }  // namespace haptic::fuzz

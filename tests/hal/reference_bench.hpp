@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <span>
 
 #include "hal/drivers/reference_driver.hpp"
@@ -24,8 +25,15 @@ class AnsweringPort : public UsbPort {
     last = request;
     last_timeout_ms = timeout_ms;
     if (status != HalStatus::kOk) return status;
-    std::array<std::uint8_t, kReferenceBlockBytes> answer{};
-    encode(block, answer);
+    if (bytes.size() > longest_known) return HalStatus::kTransferFailed;
+    std::array<std::uint8_t, kReferenceLongBlockBytes> room{};
+    std::span<std::uint8_t> answer = std::span(room).first(kReferenceBlockBytes);
+    if (long_block && bytes.size() >= room.size()) {
+      answer = room;
+      encode(*long_block, room);
+    } else {
+      encode(block, answer.first<kReferenceBlockBytes>());
+    }
     if (damaged_answers > 0) {
       --damaged_answers;
       answer[20] ^= 1;
@@ -43,8 +51,10 @@ class AnsweringPort : public UsbPort {
   [[nodiscard]] bool cancelled() const noexcept override { return stop; }
 
   ReferenceBlock block;
+  std::optional<ReferenceLongBlock> long_block;  ///< of a device of 1.1
+  std::size_t longest_known = 4096;              ///< it stalls at a wLength beyond this
   HalStatus status = HalStatus::kOk;
-  std::size_t longest = 64;
+  std::size_t longest = 128;
   int damaged_answers = 0;
   int asked = 0;
   bool stop = false;
@@ -55,7 +65,10 @@ class AnsweringPort : public UsbPort {
 /// A device of hal/drivers/PROTOCOL.md sections 7-9, without mechanics.
 class ReferenceBench {
  public:
-  ReferenceBench() { REQUIRE(driver.start(port) == HalStatus::kOk); }
+  explicit ReferenceBench(const std::optional<ReferenceLongBlock>& long_block = {}) {
+    port.long_block = long_block;
+    REQUIRE(driver.start(port) == HalStatus::kOk);
+  }
 
   /// Next report of the device into the driver.
   ReportVerdict report() {

@@ -367,5 +367,49 @@ TEST_SUITE("hal.bridge_service") {
     CHECK(facts.report_period_us == 100);
     CHECK(facts.watchdog_ms == 1000);
     CHECK(facts_of(c, 0).watchdog_ms == 1);
+    CHECK(facts.name != nullptr);  // of no letters
+    CHECK(facts.latency_us == 0);
+  }
+
+  TEST_CASE("facts_of, sample_of: what 1.1 adds, and what is none of it") {
+    DeviceCapabilities c;
+    c.sensed_dof = c.driven_dof = kDofAll;
+    c.max_force_n = 3;
+    c.name = device_text("Desk arm");
+    c.serial.fill('7');  // without an end
+    c.latency_ns = 1'500'000;
+    c.largest_gap_m = 0.07_r;
+    haptic_facts facts = facts_of(c, 20'000'000);
+    CHECK(std::string(facts.name) == "Desk arm");
+    CHECK(facts.serial == nullptr);
+    CHECK(facts.latency_us == 1500);
+    CHECK(facts.largest_gap_um == 70'000);
+    CHECK(facts.is_displacement == 0);
+    c.latency_ns = std::numeric_limits<std::int64_t>::max();
+    c.largest_gap_m = std::numeric_limits<Real>::quiet_NaN();
+    c.is_displacement = true;
+    facts = facts_of(c, 20'000'000);
+    CHECK(facts.latency_us == 100'000);
+    CHECK(facts.largest_gap_um == 0);
+    CHECK(facts.is_displacement == 1);
+    CHECK(facts.driven_dof == 0);  // nothing pushes against springs
+    c.largest_gap_m = 5;
+    c.latency_ns = -1;
+    facts = facts_of(c, 20'000'000);
+    CHECK(facts.largest_gap_um == 1'000'000);
+    CHECK(facts.latency_us == 0);
+
+    BridgeSample sample;
+    sample.pose_dh.q_xyzw[3] = 1;
+    haptic_sample made{};
+    for (const Real none : {-1.0_r, std::numeric_limits<Real>::quiet_NaN()}) {
+      sample.gap_m = none;
+      REQUIRE(sample_of(sample, made));
+      CHECK(made.gap_is_measured == 0);
+    }
+    sample.gap_m = 0.025_r;
+    REQUIRE(sample_of(sample, made));
+    CHECK(made.gap_is_measured == 1);
+    CHECK(made.gap_um == 25'000);
   }
 }

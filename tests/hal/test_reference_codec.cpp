@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <random>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -59,6 +60,7 @@ ReferenceReport random_report(RandomNumbers& random) {
   report.accepted_tick = random.bits();
   report.rejected = random.bits();
   report.accepted_sequence = random.bits();
+  report.gripper = random.bits();
   return report;
 }
 
@@ -89,6 +91,24 @@ ReferenceBlock random_block(RandomNumbers& random) {
   return block;
 }
 
+DeviceText random_text(RandomNumbers& random) {
+  DeviceText text{};
+  const std::size_t size = random.bits() % text.size();
+  for (std::size_t k = 0; k < size; ++k) text[k] = static_cast<char>(0x20 + random.bits() % 0x5f);
+  return text;
+}
+
+ReferenceLongBlock random_long_block(RandomNumbers& random) {
+  ReferenceLongBlock block;
+  block.first = random_block(random);
+  block.is_displacement = (random.bits() & 1) != 0;
+  block.latency_us = random.bits();
+  block.largest_gap_um = random.bits();
+  block.name = random_text(random);
+  block.serial = random_text(random);
+  return block;
+}
+
 template <std::size_t N, typename Record>
 std::array<std::uint8_t, N> bytes_of(const Record& record) {
   std::array<std::uint8_t, N> bytes{};
@@ -98,6 +118,7 @@ std::array<std::uint8_t, N> bytes_of(const Record& record) {
 constexpr auto kReportBytesOf = bytes_of<kReferenceReportBytes, ReferenceReport>;
 constexpr auto kCommandBytesOf = bytes_of<kReferenceCommandBytes, ReferenceCommand>;
 constexpr auto kBlockBytesOf = bytes_of<kReferenceBlockBytes, ReferenceBlock>;
+constexpr auto kLongBlockBytesOf = bytes_of<kReferenceLongBlockBytes, ReferenceLongBlock>;
 
 /// The check sum put right after a change of the bytes before it.
 template <std::size_t N>
@@ -159,6 +180,7 @@ TEST_SUITE("hal.reference_codec") {
     CHECK(broken_round_trips<kReferenceReportBytes>(random_report) == 0);
     CHECK(broken_round_trips<kReferenceCommandBytes>(random_command) == 0);
     CHECK(broken_round_trips<kReferenceBlockBytes>(random_block) == 0);
+    CHECK(broken_round_trips<kReferenceLongBlockBytes>(random_long_block) == 0);
   }
 
   TEST_CASE("decode: every flip of one bit and every wrong length is refused") {
@@ -168,6 +190,7 @@ TEST_SUITE("hal.reference_codec") {
       CHECK(accepted_damage<kReferenceReportBytes>(random_report(random)) == 0);
       CHECK(accepted_damage<kReferenceCommandBytes>(random_command(random)) == 0);
       CHECK(accepted_damage<kReferenceBlockBytes>(random_block(random)) == 0);
+      CHECK(accepted_damage<kReferenceLongBlockBytes>(random_long_block(random)) == 0);
     }
   }
 
@@ -184,6 +207,7 @@ TEST_SUITE("hal.reference_codec") {
     report.accepted_tick = 0xb1;
     report.rejected = 0xc1;
     report.accepted_sequence = 0xd1;
+    report.gripper = 0xe1;
     const auto bytes = kReportBytesOf(report);
     const auto u32_at = [&](std::size_t at) {
       return std::uint32_t{bytes[at]} | std::uint32_t{bytes[at + 1]} << 8 |
@@ -203,7 +227,7 @@ TEST_SUITE("hal.reference_codec") {
     CHECK(u32_at(76) == 0xb1u);
     CHECK(u32_at(80) == 0xc1u);
     CHECK(u32_at(84) == 0xd1u);
-    CHECK(u32_at(88) == 0);
+    CHECK(u32_at(88) == 0xe1u);
     CHECK(u32_at(92) == crc32(std::span(bytes).first(92)));
   }
 
@@ -219,9 +243,9 @@ TEST_SUITE("hal.reference_codec") {
     const auto good = kReportBytesOf(report);
     CHECK(verdict_of(good, 0, 0x43, report) == CodecVerdict::kBadMagic);
     CHECK(verdict_of(good, 2, 2, report) == CodecVerdict::kBadVersion);
-    CHECK(verdict_of(good, 3, 0x20, report) == CodecVerdict::kBadReserved);
+    CHECK(verdict_of(good, 3, 0x40, report) == CodecVerdict::kBadReserved);
+    CHECK(verdict_of(good, 3, 0x80, report) == CodecVerdict::kBadReserved);
     CHECK(verdict_of(good, 72, 0x40, report) == CodecVerdict::kBadReserved);
-    CHECK(verdict_of(good, 91, 1, report) == CodecVerdict::kBadReserved);
     CHECK(verdict_of(good, 43, 0x41, report) == CodecVerdict::kBadNumber);  // w = 1.0156
     CHECK(verdict_of(good, 43, 0, report) == CodecVerdict::kBadNumber);     // length 0
     CHECK(verdict_of(good, 20, 7, report) == CodecVerdict::kOk);
@@ -236,6 +260,72 @@ TEST_SUITE("hal.reference_codec") {
     CHECK(verdict_of(limits, 4, 0x40, block) == CodecVerdict::kBadReserved);
     CHECK(verdict_of(limits, 5, 0x7f, block) == CodecVerdict::kBadReserved);
     CHECK(verdict_of(limits, 11, 1, block) == CodecVerdict::kBadReserved);
+  }
+
+  TEST_CASE(
+      "decode: the block of 1.1 with names that are none, another minor version, set reserves") {
+    ReferenceLongBlock block;
+    block.name = device_text("Desk arm");
+    block.serial = device_text("0123456789abcdef0123456");  // the longest that there is
+    const auto good = kLongBlockBytesOf(block);
+    const auto verdict_of = [&](std::size_t at, std::uint8_t value) {
+      auto bytes = good;
+      bytes[at] = value;
+      seal(bytes);
+      ReferenceLongBlock read, untouched;
+      const CodecVerdict verdict = decode(bytes, read);
+      CHECK((verdict == CodecVerdict::kOk || read == untouched));
+      return verdict;
+    };
+    CHECK(verdict_of(60, 0) == CodecVerdict::kBadVersion);
+    CHECK(verdict_of(60, 2) == CodecVerdict::kBadVersion);
+    CHECK(verdict_of(61, 2) == CodecVerdict::kBadReserved);
+    for (const std::size_t at : {62u, 63u, 72u, 73u, 74u, 75u})
+      CHECK(verdict_of(at, 1) == CodecVerdict::kBadReserved);
+    CHECK(verdict_of(4, 0x40) == CodecVerdict::kBadReserved);
+    constexpr std::uint8_t kNoLetters[] = {0x01, 0x0a, 0x1b, 0x1f, 0x7f, 0x80, 0xff};
+    for (const std::uint8_t letter : kNoLetters) {
+      CHECK(verdict_of(76, letter) == CodecVerdict::kBadText);
+      CHECK(verdict_of(110, letter) == CodecVerdict::kBadText);
+    }
+    CHECK(verdict_of(99, 'x') == CodecVerdict::kBadText);   // behind the end of the name
+    CHECK(verdict_of(123, 'x') == CodecVerdict::kBadText);  // a serial number without an end
+    CHECK(verdict_of(76, 0) == CodecVerdict::kBadText);     // letters behind the end
+    CHECK(verdict_of(76, 'd') == CodecVerdict::kOk);
+  }
+
+  TEST_CASE("decode_either: a block of 1.0 has minor version 0 and nothing of 1.1") {
+    RandomNumbers random;
+    for (int i = 0; i < 1000; ++i) {
+      const ReferenceBlock old = random_block(random);
+      ReferenceLongBlock read;
+      read.latency_us = 7;
+      REQUIRE(decode_either(kBlockBytesOf(old), read) == CodecVerdict::kOk);
+      CHECK(read.first == old);
+      CHECK(read.minor == 0);
+      CHECK(read.latency_us == 0);
+      const ReferenceLongBlock block = random_long_block(random);
+      REQUIRE(decode_either(kLongBlockBytesOf(block), read) == CodecVerdict::kOk);
+      CHECK(read == block);
+    }
+    const auto bytes = kLongBlockBytesOf(ReferenceLongBlock{});
+    for (std::size_t length = 0; length < bytes.size(); ++length) {
+      ReferenceLongBlock read;
+      CHECK(decode_either(std::span(bytes).first(length), read) != CodecVerdict::kOk);
+    }
+  }
+
+  TEST_CASE("device_text: cut to its room, and nothing in it that a terminal obeys") {
+    CHECK(text_of(device_text("sigma.7")) == "sigma.7");
+    CHECK(text_of(device_text("")).empty());
+    CHECK(text_of(device_text("a\x1b[2Jb\nc\x7f\xc3\xa4")) == "a?[2Jb?c???");
+    CHECK(text_of(device_text(std::string(100, 'n'))) == std::string(23, 'n'));
+    CHECK(text_of(device_text(std::string_view("ab\0cd", 5))) == "ab");
+    CHECK(is_text(device_text(std::string(100, 'n'))));
+    DeviceText none{};
+    none.fill('n');
+    CHECK_FALSE(is_text(none));
+    CHECK(text_of(none).size() == none.size());
   }
 
   TEST_CASE("decode: an orientation of the largest numbers is refused, not summed past 64 bits") {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "hal/drivers/reference_codec.hpp"
+#include "hal/drivers/reference_short.hpp"
 #include "hal/firmware/reference_device.h"
 #include "tests/hal/protocol_text.hpp"
 
@@ -433,7 +434,9 @@ TEST_SUITE("hal.reference_device") {
       const std::array<std::int32_t, 3> torque = {number(), number(), number()};
       bench.packet(command_bytes(1, false));
       bench.packet(command_bytes(2, true, force, torque));
-      for (int k = 0; k < 10; ++k) bench.period();  // half of the watchdog's time: all of it
+      // Half of the watchdog's time, after which they give all of it; no report is asked for.
+      for (int k = 0; k < 10; ++k)
+        CHECK(haptic_device_period(&bench.device, &bench.sample, nullptr, 0) == 0);
       const haptic_drive& drive = bench.drive();
       cut += drive.force[0] != force[0] ? 1 : 0;
       if (drive.is_on != 1 ||
@@ -517,5 +520,98 @@ TEST_SUITE("hal.reference_device") {
     CHECK(bench.drive().force[1] == 0);
     bench.period();
     CHECK(bench.drive().force[1] == 0);
+  }
+
+  TEST_CASE(
+      "version 1.1: who asks for 128 bytes gets name, latency, gap and bit 5, no other does") {
+    haptic_facts facts = example_facts();
+    facts.latency_us = 400;
+    facts.largest_gap_um = 70'000;
+    facts.name = "Desk arm\n";
+    facts.serial = "0123456789abcdef0123456789";
+    FirmwareBench bench(facts);
+    bench.sample.gap_um = 25'000;
+    bench.sample.gap_is_measured = 1;
+    const auto ask = [&](std::size_t size) {
+      Bytes room(size);
+      const std::int32_t length =
+          haptic_device_answer(&bench.device, 0xc1, 1, 1, room.data(), size);
+      room.resize(static_cast<std::size_t>(std::max(length, 0)));
+      return room;
+    };
+    const auto begins = [&] {
+      CHECK(bench.command(false));
+      CHECK(bench.command(true));
+      return bench.period();
+    };
+    CHECK(bench.period().gripper == 0);  // nobody has asked
+    CHECK((begins().status & kReferenceSlewing) == 0);
+
+    ReferenceLongBlock block;
+    REQUIRE(decode_either(ask(128), block) == CodecVerdict::kOk);
+    CHECK(block.minor == 1);
+    CHECK(block.latency_us == 400);
+    CHECK(block.largest_gap_um == 70'000);
+    CHECK(text_of(block.name) == "Desk arm?");
+    CHECK(text_of(block.serial) == "0123456789abcdef0123456");
+    CHECK(ask(255) == ask(128));
+    CHECK(bench.period().gripper == 25'001);
+    CHECK((begins().status & kReferenceSlewing) != 0);
+    for (int k = 0; k < 7; ++k) bench.period();  // 0.3 N m at 40 N m/s take 7.5 ms
+    CHECK((bench.period().status & kReferenceSlewing) == 0);
+    bench.sample.gap_um = 1'000'000;
+    CHECK(bench.period().gripper == 70'001);
+    bench.sample.gap_is_measured = 0;
+    CHECK(bench.period().gripper == 0);
+    bench.sample.gap_is_measured = 1;
+
+    for (const std::size_t size : {64u, 65u, 127u}) {
+      ReferenceLongBlock old;
+      REQUIRE(decode_either(ask(size), old) == CodecVerdict::kOk);
+      CHECK(old.minor == 0);
+      CHECK(old.first == block.first);
+      CHECK(bench.period().gripper == 0);
+      CHECK((begins().status & kReferenceSlewing) == 0);
+    }
+    (void)ask(128);
+    CHECK(bench.period().gripper != 0);
+    haptic_device_bus_event(&bench.device);  // another host comes
+    CHECK(bench.period().gripper == 0);
+    CHECK((begins().status & kReferenceSlewing) == 0);
+  }
+
+  TEST_CASE(
+      "version 1.1: a full-speed board with a gripper, for either host; nothing stated is none") {
+    haptic_facts facts = example_facts();
+    facts.is_short = 1;
+    facts.largest_gap_um = 700'000;
+    FirmwareBench bench(facts);
+    Bytes room(128);
+    REQUIRE(haptic_device_answer(&bench.device, 0xc1, 1, 1, room.data(), 128) == 128);
+    ReferenceLongBlock block;
+    REQUIRE(decode(room, block) == CodecVerdict::kOk);
+    CHECK(text_of(block.name).empty());
+    CHECK(text_of(block.serial).empty());
+    bench.sample.gap_is_measured = 1;
+    const auto report_of = [&](std::uint32_t gap_um, std::size_t expected) {
+      bench.sample.gap_um = gap_um;
+      bench.sample.time_us += 1000;
+      Bytes bytes(HAPTIC_REPORT_BYTES);
+      const std::size_t size =
+          haptic_device_period(&bench.device, &bench.sample, bytes.data(), bytes.size());
+      CHECK(size == expected);
+      bytes.resize(size);
+      ReferenceReport report;
+      REQUIRE(decode_either(bytes, report) == CodecVerdict::kOk);
+      return report;
+    };
+    CHECK(report_of(0, 62).gripper == 1);
+    CHECK(report_of(25'009, 62).gripper == 25'001);
+    CHECK(report_of(700'000, 62).gripper == 655'341);  // the end of 16 bits
+    REQUIRE(haptic_device_answer(&bench.device, 0xc1, 1, 1, room.data(), 64) == 64);
+    CHECK(report_of(25'000, 60).gripper == 0);
+    Bytes small(61);
+    REQUIRE(haptic_device_answer(&bench.device, 0xc1, 1, 1, room.data(), 128) == 128);
+    CHECK(haptic_device_period(&bench.device, &bench.sample, small.data(), small.size()) == 0);
   }
 }

@@ -61,6 +61,88 @@ TEST_SUITE("hal.reference_driver") {
     CHECK(outcome([](auto& p) { p.block.encoder_step_nm = 1'000'000; }) == HalStatus::kStartFailed);
   }
 
+  TEST_CASE("start: a device of 1.0 answers by its own block, or is asked for it after a stall") {
+    for (const std::size_t longest_known : {std::size_t{4096}, kReferenceBlockBytes}) {
+      AnsweringPort port;
+      port.longest_known = longest_known;
+      port.block.max_force = 450'000;
+      ReferenceDriver driver;
+      CHECK(driver.start(port) == HalStatus::kOk);
+      CHECK(port.asked == (longest_known == kReferenceBlockBytes ? 2 : 1));
+      CHECK(static_cast<double>(driver.capabilities().max_force_n) == doctest::Approx(4.5));
+      CHECK(driver.capabilities().latency_ns == 0);
+      CHECK(text_of(driver.capabilities().name).empty());
+    }
+  }
+
+  TEST_CASE("start: a device of 1.1 says its name, serial number, latency, gap and kind") {
+    AnsweringPort port;
+    port.long_block.emplace();
+    port.long_block->latency_us = 1500;
+    port.long_block->largest_gap_um = 70'000;
+    port.long_block->name = device_text("Desk arm");
+    port.long_block->serial = device_text("007");
+    ReferenceDriver driver;
+    REQUIRE(driver.start(port) == HalStatus::kOk);
+    const DeviceCapabilities& c = driver.capabilities();
+    CHECK(c.latency_ns == 1'500'000);
+    CHECK(static_cast<double>(c.largest_gap_m) == doctest::Approx(0.07));
+    CHECK(text_of(c.name) == "Desk arm");
+    CHECK(text_of(c.serial) == "007");
+    CHECK_FALSE(c.is_displacement);
+    const auto outcome = [&](auto change) {
+      AnsweringPort other = port;
+      change(*other.long_block);
+      return ReferenceDriver().start(other);
+    };
+    CHECK(outcome([](auto& b) { b.latency_us = 100'000; }) == HalStatus::kOk);
+    CHECK(outcome([](auto& b) { b.latency_us = 100'001; }) == HalStatus::kStartFailed);
+    CHECK(outcome([](auto& b) { b.latency_us = 0xffff'ffff; }) == HalStatus::kStartFailed);
+    CHECK(outcome([](auto& b) { b.largest_gap_um = 1'000'001; }) == HalStatus::kStartFailed);
+    CHECK(outcome([](auto& b) { b.name.fill('n'); }) == HalStatus::kStartFailed);
+    CHECK(outcome([](auto& b) { b.serial[0] = '\x1b'; }) == HalStatus::kStartFailed);
+    CHECK(outcome([](auto& b) { b.is_displacement = true; }) == HalStatus::kStartFailed);
+    CHECK(outcome([](auto& b) {
+            b.is_displacement = true;
+            b.first.driven_dof = 0;
+          }) == HalStatus::kOk);
+    CHECK(outcome([](auto& b) { b.first.max_force = 0; }) == HalStatus::kStartFailed);
+  }
+
+  TEST_CASE("read: what 1.1 adds is refused from a device that has not stated it") {
+    ReferenceBench old;
+    CHECK(old.report() == ReportVerdict::kState);
+    old.device.gripper = 1;
+    CHECK(old.report() == ReportVerdict::kBadCheck);
+    old.device.gripper = 0;
+    old.set(kReferenceSlewing);
+    CHECK(old.report() == ReportVerdict::kBadCheck);
+    old.unset(kReferenceSlewing);
+    CHECK(old.report() == ReportVerdict::kState);
+    CHECK_FALSE(old.driver.gap_m());
+
+    ReferenceLongBlock block;
+    block.largest_gap_um = 70'000;
+    ReferenceBench bench(block);
+    CHECK(bench.report() == ReportVerdict::kState);
+    CHECK_FALSE(bench.driver.gap_m());
+    bench.set(kReferenceSlewing);
+    bench.device.gripper = 25'001;
+    CHECK(bench.report() == ReportVerdict::kState);
+    REQUIRE(bench.driver.gap_m());
+    CHECK(static_cast<double>(*bench.driver.gap_m()) == doctest::Approx(0.025));
+    bench.device.gripper = 1;
+    CHECK(bench.report() == ReportVerdict::kState);
+    CHECK(static_cast<double>(*bench.driver.gap_m()) == 0);
+    for (const std::uint32_t beyond : {70'002u, 0xffff'ffffu}) {
+      bench.device.gripper = beyond;
+      CHECK(bench.report() == ReportVerdict::kBadNumber);
+    }
+    bench.device.gripper = 0;
+    CHECK(bench.report() == ReportVerdict::kState);
+    CHECK_FALSE(bench.driver.gap_m());
+  }
+
   TEST_CASE("start: without asking, the settings' own limits are checked") {
     AnsweringPort port;
     ReferenceSettings settings;

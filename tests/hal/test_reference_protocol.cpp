@@ -136,6 +136,25 @@ TEST_SUITE("hal.reference_protocol") {
     check_example<kReferenceBlockBytes, ReferenceBlock>("block");
   }
 
+  TEST_CASE("PROTOCOL.md: the block of 1.1 is that of 1.0 and what follows it, and back") {
+    const std::vector<std::uint8_t> bytes = bytes_in("hex long-block");
+    ReferenceLongBlock block;
+    REQUIRE(decode(bytes, block) == CodecVerdict::kOk);
+    CHECK(block.first == ReferenceBlock{});
+    CHECK(Listing()
+                  .add("minor", block.minor)
+                  .add("displacement", block.is_displacement)
+                  .add("latency_us", block.latency_us)
+                  .add("largest_gap_um", block.largest_gap_um)
+                  .text() +
+              "name " + std::string(text_of(block.name)) + "\nserial " +
+              std::string(text_of(block.serial)) + "\n" ==
+          fenced("text long-block"));
+    std::array<std::uint8_t, kReferenceLongBlockBytes> again{};
+    encode(block, again);
+    CHECK(std::vector<std::uint8_t>(again.begin(), again.end()) == bytes);
+  }
+
   TEST_CASE("PROTOCOL.md: the example block is what the driver assumes unasked") {
     ReferenceBlock block;
     REQUIRE(decode(bytes_in("hex block"), block) == CodecVerdict::kOk);
@@ -184,6 +203,7 @@ TEST_SUITE("hal.reference_protocol") {
       }
     }
     CHECK(kReferenceShortReportBytes < 64);
+    CHECK(kReferenceShortGripperBytes < 64);
     CHECK_FALSE(profile.bulk);
   }
 }

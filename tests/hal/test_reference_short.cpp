@@ -143,6 +143,27 @@ TEST_SUITE("hal.reference_short") {
     CHECK(accepted == 0);
   }
 
+  TEST_CASE("gripper: 62 bytes come back as they were, damaged ones do not") {
+    CAPTURE(kShortReportSeed);
+    std::mt19937_64 engine(kShortReportSeed);
+    int broken = 0, accepted = 0;
+    for (int i = 0; i < 2000; ++i) {
+      ReferenceShortReport sent = random_short_report(engine);
+      sent.gripper = static_cast<std::uint16_t>(engine());
+      std::array<std::uint8_t, kReferenceShortGripperBytes> bytes{};
+      encode(sent, bytes);
+      ReferenceShortReport read;
+      if (decode(bytes, read) != CodecVerdict::kOk || !(read == sent)) ++broken;
+      const std::uint32_t gap = sent.gripper == 0 ? 0 : 1 + 10 * (sent.gripper - 1u);
+      if (in_full(read).gripper != gap) ++broken;
+      bytes[engine() % bytes.size()] ^= static_cast<std::uint8_t>(1u << engine() % 8);
+      if (decode(bytes, read) == CodecVerdict::kOk) ++accepted;
+      if (decode(std::span(bytes).first(61), read) != CodecVerdict::kBadLength) ++accepted;
+    }
+    CHECK(broken == 0);
+    CHECK(accepted == 0);
+  }
+
   TEST_CASE("decode: bytes under a right check sum are refused for what is wrong in them") {
     const ShortBytes good = short_bytes_of({});
     const auto verdict_of = [&](std::size_t at, std::uint8_t value) {
@@ -154,7 +175,7 @@ TEST_SUITE("hal.reference_short") {
     };
     CHECK(verdict_of(0, 0x52) == CodecVerdict::kBadMagic);
     CHECK(verdict_of(2, 2) == CodecVerdict::kBadVersion);
-    CHECK(verdict_of(3, 0x20) == CodecVerdict::kBadReserved);
+    CHECK(verdict_of(3, 0x40) == CodecVerdict::kBadReserved);
     CHECK(verdict_of(50, 0x40) == CodecVerdict::kBadReserved);
     CHECK(verdict_of(27, 0x41) == CodecVerdict::kBadNumber);  // x = 1.0156
     CHECK(verdict_of(27, 0x40) == CodecVerdict::kOk);

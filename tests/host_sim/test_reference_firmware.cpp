@@ -28,7 +28,8 @@ enum class BrokenRule {
   kReplay,            ///< a sequence is accepted twice
   kNotCounted,        ///< rejected commands are not counted
   kBusGoesUnnoticed,  ///< a bus reset leaves the drives on
-  kPushAtOnce         ///< drives that go on give at once what is asked for
+  kPushAtOnce,        ///< drives that go on give at once what is asked for
+  kVersionKept        ///< a host that comes after one of 1.1 gets its reports unasked
 };
 
 /// Both devices, moved together.
@@ -51,15 +52,16 @@ class FirmwarePair {
     facts.damping_uns_per_m = b.damping_uns_per_m;
     facts.encoder_step_nm = b.encoder_step_nm;
     facts.encoder_step_nrad = b.encoder_step_nrad;
+    facts.latency_us = 250;
+    facts.largest_gap_um = 70'000;
+    facts.name = kName;
+    facts.serial = kSerial;
     facts_ = facts;
     power_up();
   }
 
   [[nodiscard]] bool same_block() {
-    std::array<std::uint8_t, hal::kReferenceBlockBytes> expected{}, got{};
-    hal::encode(model_.block(), expected);
-    return haptic_device_answer(&device_, 0xc1, 1, 1, got.data(), got.size()) == 64 &&
-           got == expected;
+    return same_answer(hal::kReferenceBlockBytes) && same_answer(hal::kReferenceLongBlockBytes);
   }
 
   /// One random event; false: the two differ.
@@ -69,6 +71,7 @@ class FirmwarePair {
     if (draw < 980) return command();
     if (draw < 984) return power_up();
     if (draw < 988) return bus_reset();
+    if (draw < 991) return same_answer(engine_() % 300);
     if (draw < 994) {
       stopped_ = !stopped_;
       model_.press_emergency_stop(stopped_);
@@ -84,8 +87,23 @@ class FirmwarePair {
   [[nodiscard]] std::uint32_t cuts() const { return model_.cuts(); }
 
  private:
+  static constexpr const char* kName = "Desk arm of two\xc3\xa4 links and more";
+  static constexpr const char* kSerial = "007";
+
+  bool same_answer(std::size_t size) {
+    std::vector<std::uint8_t> expected(size), got(size);
+    const std::size_t length = model_.answer_into(expected);
+    const std::int32_t answered = haptic_device_answer(&device_, 0xc1, 1, 1, got.data(), size);
+    return answered == (length > 0 ? static_cast<std::int32_t>(length) : -1) && got == expected;
+  }
+
   static ReferenceModelSettings settings() {
     ReferenceModelSettings s;
+    s.speaks_1_1 = true;
+    s.latency_s = 250e-6;
+    s.largest_gap_m = 0.07;
+    s.name = kName;
+    s.serial = kSerial;
     s.hand = *hand_named("light");
     return s;
   }
@@ -94,6 +112,7 @@ class FirmwarePair {
     action.target.x0_w = Vector(0.03 * std::sin(3 * t_s), 0.02 * std::sin(t_s), 0.01);
     action.target.q_wa = rotation_of(Vector(2 * std::sin(2 * t_s), std::sin(t_s), -0.2));
     action.switches = std::sin(t_s) > 0 ? 5 : 0;
+    action.gap_m = 0.04 + 0.04 * std::sin(4 * t_s);  // beyond its largest at times
     return action;
   }
 
@@ -105,8 +124,10 @@ class FirmwarePair {
     return same_report();
   }
   bool bus_reset() {
-    model_.drives_off();
+    model_.bus_event();
+    const std::uint8_t minor = device_.minor;
     if (broken_ != BrokenRule::kBusGoesUnnoticed) haptic_device_bus_event(&device_);
+    if (broken_ == BrokenRule::kVersionKept) device_.minor = minor;
     return same_drive();
   }
   bool period() {
@@ -128,6 +149,8 @@ class FirmwarePair {
     }
     for (std::size_t k = 0; k < 4; ++k) sample.orientation[k] = r.orientation[k];
     sample.switches = r.switches;
+    sample.gap_is_measured = 1;
+    sample.gap_um = r.gripper > 0 ? r.gripper - 1 : 12'345;
     sample.faults = faults_ & (kDeviceOverheated | kDeviceDriveFault);
     sample.is_calibrated = (faults_ & kDeviceNotHomed) == 0;
     sample.is_fatal = (faults_ & kDeviceDriveFault) != 0;
@@ -226,7 +249,7 @@ TEST_SUITE("host_sim.reference_firmware") {
     for (const BrokenRule rule :
          {BrokenRule::kFedByRefused, BrokenRule::kCutForgotten, BrokenRule::kStopForgotten,
           BrokenRule::kBornReady, BrokenRule::kReplay, BrokenRule::kNotCounted,
-          BrokenRule::kBusGoesUnnoticed, BrokenRule::kPushAtOnce}) {
+          BrokenRule::kBusGoesUnnoticed, BrokenRule::kPushAtOnce, BrokenRule::kVersionKept}) {
       CAPTURE(static_cast<int>(rule));
       constexpr int kSteps = 20'000;
       FirmwarePair pair(rule, kFirmwareSeed);

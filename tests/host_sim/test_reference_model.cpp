@@ -26,13 +26,12 @@ HandAction still(double) { return {}; }
 /// Control pipe of the model, for the driver's start.
 class ModelPort final : public hal::UsbPort {
  public:
-  explicit ModelPort(const ReferenceModel& model) : model_(model) {}
+  explicit ModelPort(ReferenceModel& model) : model_(model) {}
   hal::HalStatus control(const hal::ControlRequest& request, std::span<std::uint8_t> bytes,
                          std::size_t& moved, unsigned) noexcept override {
     CHECK(request.request_type == hal::kReferenceBlockRequestType);
-    REQUIRE(bytes.size() == hal::kReferenceBlockBytes);
-    hal::encode(model_.block(), bytes.first<hal::kReferenceBlockBytes>());
-    moved = bytes.size();
+    REQUIRE(bytes.size() == hal::kReferenceLongBlockBytes);
+    moved = model_.answer_into(bytes);
     return hal::HalStatus::kOk;
   }
   hal::HalStatus write(std::span<const std::uint8_t>, unsigned) noexcept override {
@@ -44,7 +43,7 @@ class ModelPort final : public hal::UsbPort {
   [[nodiscard]] bool cancelled() const noexcept override { return false; }
 
  private:
-  const ReferenceModel& model_;
+  ReferenceModel& model_;
 };
 
 /// The driver of hal over the model: one period, in which the renderer asks for `force_n` along x.

@@ -27,6 +27,9 @@ std::string facts_text(const std::string& bridge, const hal::BridgeFacts* facts,
     text += formatted("; at most %g N and %g N m", double{c.max_force_n}, double{c.max_torque_nm});
   if (c.max_stiffness_n_per_m > 0) text += formatted(", %g N/m", double{c.max_stiffness_n_per_m});
   text += formatted("; a report every %g ms", 1e-6 * static_cast<double>(c.report_period_ns));
+  if (c.latency_ns > 0)
+    text += formatted(", %g ms of latency", 1e-6 * static_cast<double>(c.latency_ns));
+  if (c.is_displacement) text += "; measures displacement";
   if (!facts->words.empty()) text += "\n  " + facts->words;
   return text;
 }
@@ -46,7 +49,11 @@ std::string facts_line(const std::string& bridge, const hal::BridgeFacts* facts,
                  {"max_force_n", double{c.max_force_n}},
                  {"max_torque_nm", double{c.max_torque_nm}},
                  {"max_stiffness_n_per_m", double{c.max_stiffness_n_per_m}},
-                 {"report_period_us", c.report_period_ns / 1000}});
+                 {"report_period_us", c.report_period_ns / 1000},
+                 {"product", hal::text_of(c.name)},
+                 {"serial", hal::text_of(c.serial)},
+                 {"latency_us", c.latency_ns / 1000},
+                 {"measures", c.is_displacement ? "displacement" : "pose"}});
   }
   return in_a_line(json);
 }

@@ -14,9 +14,9 @@ namespace haptic::tools {
                                      const std::string& why);
 
 /// One line of JSON: {"bridge", "found", "name", "words", "needs", "why", "sensed_dof",
-/// "driven_dof", "max_force_n", "max_torque_nm", "max_stiffness_n_per_m", "report_period_us"};
-/// numbers of a device that was found alone. Bytes of a device's name that are no UTF-8 are
-/// replaced.
+/// "driven_dof", "max_force_n", "max_torque_nm", "max_stiffness_n_per_m", "report_period_us",
+/// "product", "serial", "latency_us", "measures"}; numbers of a device that was found alone. Bytes
+/// of a device's name that are no UTF-8 are replaced.
 [[nodiscard]] std::string facts_line(const std::string& bridge, const hal::BridgeFacts* facts,
                                      const std::string& why);
 

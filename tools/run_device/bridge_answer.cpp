@@ -38,6 +38,10 @@ BridgeAnswer read_bridge_answer(std::string_view line) {
   }
   answer.name = text_at(json, "name");
   answer.words = text_at(json, "words");
+  answer.product = text_at(json, "product");
+  answer.serial = text_at(json, "serial");
+  if (const auto us = json.find("latency_us"); us != json.end() && us->is_number())
+    answer.latency_ms = 1e-3 * us->get<double>();
   answer.why = text_at(json, "why");
   const auto found = json.find("found");
   const bool says_so = found != json.end() && found->is_boolean() && found->get<bool>();

@@ -15,8 +15,10 @@ inline constexpr std::size_t kMostBridgeAnswer = 64 * 1024;
 /// Answer of a bridge that was to look for its device, for `run_device list`.
 struct BridgeAnswer {
   bool found = false;
-  std::string name, words;  ///< of a device that was found
-  std::string why;          ///< else, and never empty then
+  std::string name, words;      ///< of a device that was found
+  std::string product, serial;  ///< as it states them itself
+  double latency_ms = 0;
+  std::string why;  ///< else, and never empty then
 };
 
 /// A line that is no answer is the reason, as a program that fails says it.

@@ -33,29 +33,75 @@ const char* words_of(hal::CodecVerdict verdict) {
       return "has reserved bytes or bits that are not 0";
     case hal::CodecVerdict::kBadNumber:
       return "has an orientation that is no unit quaternion";
+    case hal::CodecVerdict::kBadText:
+      return "has a name or serial number that is not printable ASCII with a zero behind it";
   }
   return "cannot be read";
 }
 
 }  // namespace
 
-std::string ConformHost::ask_block() {
-  std::array<std::uint8_t, hal::kReferenceBlockBytes> bytes{};
+std::string ConformHost::ask(std::size_t room, hal::ReferenceLongBlock& read, bool& stalled) {
+  std::array<std::uint8_t, hal::kReferenceLongBlockBytes> bytes{};
+  const std::string who = "the capability block for " + std::to_string(room) + " bytes ";
   std::size_t moved = 0;
   const hal::HalStatus status = carrier_.control(
       {hal::kReferenceBlockRequestType, hal::kReferenceBlockRequest, hal::kReferenceVersion, 0},
-      bytes, moved);
-  if (status != hal::HalStatus::kOk)
-    return std::string("the capability block is not answered: ") + hal::to_text(status);
-  hal::ReferenceBlock read;
+      std::span(bytes).first(room), moved);
+  stalled = status == hal::HalStatus::kTransferFailed;
+  if (status != hal::HalStatus::kOk) return who + "is not answered: " + hal::to_text(status);
   const hal::CodecVerdict verdict =
-      hal::decode(std::span(bytes).first(std::min(moved, bytes.size())), read);
-  if (verdict != hal::CodecVerdict::kOk)
-    return std::string("the capability block ") + words_of(verdict);
+      hal::decode_either(std::span(bytes).first(std::min(moved, room)), read);
+  if (verdict != hal::CodecVerdict::kOk) return who + words_of(verdict);
   if (!hal::is_plausible(hal::capabilities_of(read)))
-    return "the capability block has a number outside of the ranges of section 5";
-  block_ = read;
+    return who + "has a number outside of the ranges of section 5";
   return "";
+}
+
+std::string ConformHost::ask_block() {
+  hal::ReferenceLongBlock read;
+  bool stalled = false;
+  std::string defect = ask(hal::kReferenceLongBlockBytes, read, stalled);
+  if (stalled) defect = ask(hal::kReferenceBlockBytes, read, stalled);
+  if (defect.empty()) block_ = read;
+  return defect;
+}
+
+std::string ConformHost::ask_old_block() {
+  hal::ReferenceLongBlock read;
+  bool stalled = false;
+  const std::string defect = ask(hal::kReferenceBlockBytes, read, stalled);
+  if (!defect.empty()) return defect;
+  return read.first == block_.first
+             ? ""
+             : "the blocks for hosts of 1.0 and of 1.1 differ in bytes 3 to 59";
+}
+
+std::uint32_t ConformHost::slew_us() const {
+  const hal::ReferenceBlock& b = block();
+  const auto time_us = [&](double limit, double rate) {
+    return rate > 0 ? 1e6 * limit / rate : 0.5 * watchdog_us();
+  };
+  const double force_us =
+      time_us(b.max_force * hal::kReferenceForceUnit_n, b.max_force_rate_mn_per_s * 1e-3);
+  const double torque_us =
+      time_us(b.max_torque * hal::kReferenceTorqueUnit_nm, b.max_torque_rate_mnm_per_s * 1e-3);
+  const double longest_us = std::max((b.driven_dof & hal::kDofTranslation) != 0 ? force_us : 0.0,
+                                     (b.driven_dof & hal::kDofRotation) != 0 ? torque_us : 0.0);
+  return static_cast<std::uint32_t>(std::min(longest_us, 1e9));
+}
+
+/// A report of a device uses what 1.1 adds only where that speaks it.
+std::string ConformHost::defect_of_version(std::size_t size) const {
+  const bool has_gripper = block_.largest_gap_um != 0;
+  if (!speaks_1_1() && (report_.gripper != 0 || says(hal::kReferenceSlewing)))
+    return "has what version 1.1 adds, and the device answers as one of 1.0";
+  if (report_.gripper != 0 && !has_gripper) return "has a gap, and the block has no gripper";
+  if (report_.gripper > block_.largest_gap_um + 1) return "has a gap beyond the block's largest";
+  if (size == hal::kReferenceShortReportBytes && has_gripper) return "has no room for the gap";
+  return size == hal::kReferenceShortGripperBytes && !has_gripper
+             ? "is 62 bytes long, and the block has no gripper"
+             : "";
 }
 
 bool ConformHost::next() {
@@ -72,7 +118,11 @@ bool ConformHost::next() {
     trouble_ = std::string("a report of ") + std::to_string(size) + " bytes " + words_of(verdict);
     return false;
   }
-  short_ = size == hal::kReferenceShortReportBytes;
+  short_ = size != hal::kReferenceReportBytes;
+  if (const std::string defect = defect_of_version(size); !defect.empty()) {
+    trouble_ = "a report of " + std::to_string(size) + " bytes " + defect;
+    return false;
+  }
   time_before_us_ = time_us_;
   time_us_ = static_cast<std::uint32_t>(report_.time_us & 0xffff'ffffu);
   return true;

@@ -21,11 +21,18 @@ class ConformHost {
   explicit ConformHost(ConformCarrier& carrier) : carrier_(carrier) {}
 
   [[nodiscard]] ConformCarrier& carrier() { return carrier_; }
-  /// Asks for the capability block once. Empty, or the defect; `block` is unchanged then.
+  /// Asks for the capability block once, as a host of 1.1. Empty, or the defect; `block` is
+  /// unchanged then. A device that stalls is asked again as by a host of 1.0.
   [[nodiscard]] std::string ask_block();
-  [[nodiscard]] const hal::ReferenceBlock& block() const { return block_; }
-  [[nodiscard]] std::uint32_t period_us() const { return block_.report_period_us; }
-  [[nodiscard]] std::uint32_t watchdog_us() const { return 1000u * block_.watchdog_ms; }
+  /// As a host of 1.0. Empty, or what is wrong with the answer: it must say the same.
+  [[nodiscard]] std::string ask_old_block();
+  [[nodiscard]] const hal::ReferenceBlock& block() const { return block_.first; }
+  [[nodiscard]] const hal::ReferenceLongBlock& long_block() const { return block_; }
+  [[nodiscard]] bool speaks_1_1() const { return block_.minor != 0; }
+  [[nodiscard]] std::uint32_t period_us() const { return block().report_period_us; }
+  [[nodiscard]] std::uint32_t watchdog_us() const { return 1000u * block().watchdog_ms; }
+  /// Time from zero to the largest force and torque when the drives go on.
+  [[nodiscard]] std::uint32_t slew_us() const;
 
   /// Waits for the next report. False: none came or it is none, see `trouble`.
   [[nodiscard]] bool next();
@@ -57,7 +64,10 @@ class ConformHost {
 
  private:
   ConformCarrier& carrier_;
-  hal::ReferenceBlock block_;
+  [[nodiscard]] std::string ask(std::size_t room, hal::ReferenceLongBlock& read, bool& stalled);
+  [[nodiscard]] std::string defect_of_version(std::size_t size) const;
+
+  hal::ReferenceLongBlock block_;
   hal::ReferenceReport report_;
   std::string trouble_;
   std::uint32_t time_us_ = 0, time_before_us_ = 0, fed_us_ = 0;

@@ -14,6 +14,7 @@
 namespace haptic::tools {
 namespace {
 
+constexpr int kTries = 5;
 constexpr std::size_t kWrenchBegin = 12, kWrenchEnd = 36;  // bytes of a command
 
 using Bytes = ConformHost::Bytes;
@@ -161,11 +162,19 @@ class Checks {
       f.defect = text;
       return f;
     }
+    f.defect = host_.ask_old_block();
+    if (!f.defect.empty()) return f;
     const std::string again = host_.ask_block();
     if (!again.empty()) f.defect = "after a stall: " + again;
-    const hal::ReferenceBlock& b = host_.block();
-    f.figures = std::to_string(b.report_period_us) + " us, watchdog " +
-                std::to_string(b.watchdog_ms) + " ms";
+    const hal::ReferenceLongBlock& b = host_.long_block();
+    f.figures = (host_.speaks_1_1() ? "version 1.1, " : "version 1.0, ") +
+                std::to_string(b.first.report_period_us) + " us, watchdog " +
+                std::to_string(b.first.watchdog_ms) + " ms";
+    if (const std::string_view name = hal::text_of(b.name); !name.empty())
+      f.figures += ", " + std::string(name);
+    if (const std::string_view serial = hal::text_of(b.serial); !serial.empty())
+      f.figures += ", serial " + std::string(serial);
+    if (b.latency_us != 0) f.figures += ", latency " + ms_of(b.latency_us);
     return f;
   }
 
@@ -335,9 +344,42 @@ class Checks {
           return {"a command with bit 0 set lifts the cut", ""};
       }
     }
-    const std::string back = host_.bring_up();
+    const std::string back = begin_at_zero();
     if (!back.empty()) return {"after a cut: " + back, ""};
-    return {"", figures + " of " + ms_of(host_.watchdog_us())};
+    return {"", figures + " of " + ms_of(host_.watchdog_us()) +
+                    (host_.speaks_1_1() ? ", and they begin at zero" : "")};
+  }
+
+  /// Drives on after a cut. A device of 1.1 says that its force grows from zero, without a push.
+  std::string begin_at_zero() {
+    for (int k = 0; k < kTries; ++k) {
+      if (std::string back = host_.bring_up(); !back.empty()) return back;
+      if (!host_.speaks_1_1()) return "";
+      // Where reports were missed in between it may be over, and the same where it is that short.
+      const std::uint32_t seen_us = host_.time_us() - host_.time_before_us();
+      if (host_.slew_us() <= host_.period_us() + host_.period_us() / 4) return "";
+      if (seen_us + host_.period_us() > host_.slew_us()) continue;
+      if (!host_.says(hal::kReferenceSlewing))
+        return "the drives do not begin at zero: status bit 5 is clear in the first report with "
+               "them on, and all of the force takes " +
+               ms_of(host_.slew_us());
+      return ends_slewing();
+    }
+    return "this machine misses too many reports to see how the drives begin";
+  }
+
+  std::string ends_slewing() {
+    const std::uint32_t began_us = host_.time_us();
+    const std::uint32_t most_us = host_.slew_us() + 4 * host_.period_us();
+    while (host_.says(hal::kReferenceSlewing)) {
+      if (host_.time_us() - began_us > most_us)
+        return "status bit 5 is set " + ms_of(host_.time_us() - began_us) +
+               " after the drives went on, and all of the force takes " + ms_of(host_.slew_us());
+      host_.feed();
+      if (!host_.next()) return host_.trouble();
+      if (!host_.says(hal::kReferenceDrivesOn)) return "the drives go off while they are fed";
+    }
+    return "";
   }
 
   /// From drives on until they are off without a command. Times are the device's own: between which

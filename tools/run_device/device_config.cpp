@@ -298,8 +298,9 @@ void read_limits(const Tables& tables, std::int64_t period_ns, HandDevice& confi
 }
 
 std::optional<TomlTable> switches_table(const Tables& tables) {
-  return tables.table("switches",
-                      {"deadman", "clutch", "emergency_stop", "deadman_input", "deadman_key"});
+  return tables.table(
+      "switches", {"deadman", "clutch", "emergency_stop", "deadman_input", "deadman_key", "gripper",
+                   "gripper_closes_m", "gripper_opens_m"});
 }
 
 /// A key of a Linux input device, beside the haptic one.
@@ -317,12 +318,42 @@ void read_deadman_input(const Tables& tables, hal::KeySwitchSettings& input) {
   input.key = static_cast<std::uint16_t>(integer_in(*t, "deadman_key", 1, KEY_MAX, -1));
 }
 
+/// The gripper as a switch. @return the mask that it belongs to; null: none.
+std::uint32_t* read_gripper(const TomlTable& t, HandDevice& config) {
+  constexpr double kLeast_m = 1.0e-4, kMost_m = 1.0;
+  const auto use = t.text("gripper");
+  if (!use) {
+    for (const char* const key : {"gripper_closes_m", "gripper_opens_m"}) {
+      if (t.has(key)) t.fail(key, "is of a gripper that is no switch; add gripper = \"deadman\"");
+    }
+    return nullptr;
+  }
+  if (*use != "deadman" && *use != "clutch")
+    t.fail("gripper", "is \"" + *use + "\"; it can be \"deadman\" or \"clutch\"");
+  const Range range{kLeast_m, kMost_m};
+  const auto closes = t.number("gripper_closes_m", range),
+             opens = t.number("gripper_opens_m", range);
+  if (!closes) t.fail("gripper", "needs gripper_closes_m, the gap at which it is closed");
+  if (opens && *opens <= *closes)
+    t.fail("gripper_opens_m", "is not above gripper_closes_m, " + short_number(*closes, 6));
+  constexpr double kPlay = 1.25;  // so that a hand that trembles at the edge switches once
+  config.gripper = {static_cast<Real>(*closes), static_cast<Real>(opens.value_or(kPlay * *closes))};
+  SwitchMap& switches = config.servo.switches;
+  return *use == "deadman" ? &switches.deadman : &switches.clutch;
+}
+
 void read_switches(const Tables& tables, HandDevice& config) {
   SwitchMap& switches = config.servo.switches;
   const auto t = switches_table(tables);
   if (!t) return;
   const bool has_input = !config.deadman_input.path.empty();
   if (has_input && !t->has("deadman")) switches.deadman = hal::kInputSwitch;
+  std::uint32_t* const by_gripper = read_gripper(*t, config);
+  if (by_gripper == &switches.clutch && t->has("clutch"))
+    t->fail("clutch", "is a switch, and so is the gripper by gripper = \"clutch\"; remove one");
+  if (by_gripper == &switches.clutch) switches.clutch = hal::kClosedGripper;
+  if (by_gripper == &switches.deadman && !has_input && !t->has("deadman"))
+    switches.deadman = hal::kClosedGripper;
   constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
   const auto mask = [&t](std::string_view key, std::uint32_t& value) {
     value = static_cast<std::uint32_t>(integer_in(*t, key, 0, kMost, value));
@@ -337,6 +368,7 @@ void read_switches(const Tables& tables, HandDevice& config) {
   if (((switches.deadman | switches.clutch) & switches.emergency_stop) != 0)
     t->fail("emergency_stop", "shares a switch with deadman or clutch; give each its own");
   if (has_input) switches.deadman |= hal::kInputSwitch;
+  if (by_gripper == &switches.deadman) switches.deadman |= hal::kClosedGripper;
 }
 
 /// Which tables of a second device there are without it.

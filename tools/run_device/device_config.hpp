@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "hal/drivers/driver.hpp"
+#include "hal/input/gripper_switch.hpp"
 #include "hal/input/key_switch.hpp"
 #include "hal/usb/usb_link.hpp"
 #include "rt_core/servo_tick.hpp"
@@ -43,6 +44,7 @@ struct HandDevice {
   std::string socket_path;  ///< of a device in another process; empty: a bridge's or the bus's
   BridgeCall bridge;
   hal::KeySwitchSettings deadman_input;  ///< no path: the device's own switches alone
+  hal::GripperSettings gripper;          ///< not used: the gripper is no switch
   std::unique_ptr<hal::Driver> driver;
   bool has_motors = false;  ///< force can reach a hand
   ServoParameters servo;    ///< except for grip point and start, which the scene has

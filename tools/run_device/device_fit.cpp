@@ -77,6 +77,10 @@ class Fit {
     return static_cast<double>(std::max(q_.loop_period_ns, interval_ns())) / kNsPerSecond;
   }
 
+  [[nodiscard]] double latency_s() const {
+    return static_cast<double>(device_.latency_ns) / kNsPerSecond;
+  }
+
   /// A scene that was compiled for one device, on another.
   void compare_devices() {
     const DeviceParameters& d = q_.scene.device;
@@ -196,7 +200,7 @@ class Fit {
     }
     const double tick_s = q_.longest_tick * period_s();
     p.rate_hz = 1 / tick_s;
-    const double late_s = q_.report_clocked ? 0.5 * tick_s : tick_s;
+    const double late_s = (q_.report_clocked ? 0.5 * tick_s : tick_s) + latency_s();
     d.delay_s = std::max(d.delay_s, late_s);
     d = in_scene_units(d, q_.scale);
     return p;
@@ -217,11 +221,11 @@ class Fit {
           "in [device]";
     } else if (!budget.holds()) {
       defect = "beyond the passivity budget of this device" + at_scale() + ", every " +
-               number(1e3 * period_s()) + " ms and " + number(1e3 * p.device.delay_s) +
-               " ms late: " + beyond(budget);
+               number(1e3 * period_s()) + " ms and " + number(1e3 * p.device.delay_s) + " ms late" +
+               of_its_own() + ": " + beyond(budget);
     }
     if (defect.empty()) {
-      note("within the passivity budget of this device: " + margin(budget));
+      note("within the passivity budget of this device" + of_its_own() + ": " + margin(budget));
       return;
     }
     if (q_.scene.coupling.allow_active != 0 || q_.accept_unbudgeted) {
@@ -232,6 +236,13 @@ class Fit {
     answer_.refusal = defect +
                       "; give the scene a [device] table with the numbers of this device and "
                       "compile it again, or run it all the same with --accept-unbudgeted";
+  }
+
+  /// ", 0.4 ms of it the device's own".
+  [[nodiscard]] std::string of_its_own() const {
+    return device_.latency_ns > 0
+               ? ", with " + number(1e3 * latency_s()) + " ms of latency that the device states"
+               : "";
   }
 
   static std::string beyond(const PassivityBudget& budget) {

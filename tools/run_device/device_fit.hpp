@@ -40,7 +40,8 @@ struct FitAnswer {
 /// - Stiffest contact state and damping beyond what the device states: refused.
 /// - Passivity budget against the connected device, in the loop's own time: sampled every loop or
 ///   report period, the longer, as many times that as a tick may take; delayed by one of them (half
-///   of one if clocked by reports) or by the scene's delay_s, the longer. Mass and damping are the
+///   of one if clocked by reports) and the latency that the device states, or by the scene's
+///   delay_s, the longer. Mass and damping are the
 ///   device's; what it does not state is taken from the scene's [device]. Turns count where it
 ///   drives them. Beyond the budget, or no mass known: refused, unless accept_unbudgeted or the
 ///   scene's own allow_active.

@@ -34,6 +34,13 @@ struct Refusal {
   int error = 0;     ///< errno
 };
 
+/// What a device has said of itself at its last connection.
+struct StatedDevice {
+  std::string name, serial;  ///< empty: not stated
+  double latency_s = 0;
+  bool is_displacement = false, gives_force = false;
+};
+
 /// For people who watch, of one device: what it is handed is told by its link, not by who asked
 /// for it.
 struct RunStatus {
@@ -46,6 +53,8 @@ struct RunStatus {
   LinkState link = LinkState::kAbsent;
   hal::LinkCounters counters;
   std::string trouble;  ///< of the link; empty: none
+  StatedDevice stated;
+  std::optional<double> gap_m;  ///< of its gripper
 
   /// The servo's word is not of now.
   [[nodiscard]] bool is_silent() const { return silence_ns > kSilent_ns; }
@@ -64,6 +73,7 @@ struct RunCrash {
 /// One device of a run.
 struct DeviceAccount {
   std::string driver;
+  StatedDevice stated;
   TickCounts counts;       ///< over all servo processes; what is of the loop is that of each
   SessionVerdict verdict;  ///< over all servo processes
   LinkTimes link_times;

@@ -29,6 +29,8 @@ struct Listed {
   std::string name;     ///< for people
   std::string address;  ///< for [device]; empty: none is needed
   std::string words;
+  std::string product, serial;  ///< as it states them; empty: it does not
+  double latency_ms = 0;        ///< its own; 0: none, or it has not been asked
 };
 
 std::string address_of(const hal::PluggedDevice& d) {
@@ -50,7 +52,8 @@ std::vector<Listed> on_usb(const std::vector<hal::PluggedDevice>& plugged) {
       for (const hal::UsbIdentity& id : hal::identities_of(row)) {
         if (id.vendor_id != device.vendor_id || id.product_id != device.product_id) continue;
         const std::string name = device.product.empty() ? std::string(row.product) : device.product;
-        found.push_back({&row, name + " at " + device.bus_path, address_of(device), ""});
+        found.push_back({&row, name + " at " + device.bus_path, address_of(device), "",
+                         device.product, device.serial, 0});
       }
     }
   }
@@ -68,7 +71,8 @@ std::vector<Listed> by_bridges(std::vector<Absent>& absent) {
     if (!row.is_bridged) continue;
     const BridgeAnswer answer = probe_bridge(bridge_program(), std::string(row.name));
     if (answer.found)
-      found.push_back({&row, answer.name, "", answer.words});
+      found.push_back(
+          {&row, answer.name, "", answer.words, answer.product, answer.serial, answer.latency_ms});
     else
       absent.push_back({std::string(row.name), answer.why});
   }
@@ -88,6 +92,8 @@ std::string text_of(const std::vector<Listed>& found, const std::vector<Absent>&
     text += listed.name + ": driver " + std::string(listed.row->name) + ", tested against " +
             std::string(listed.row->tested) + "\n";
     if (!listed.words.empty()) text += "  " + listed.words + "\n";
+    if (listed.latency_ms > 0)
+      text += formatted("  %g ms of latency of its own\n", listed.latency_ms);
     text += indented(toml_of(listed));
   }
   for (const Absent& each : absent) text += each.bridge + ": " + each.why + "\n";
@@ -102,6 +108,9 @@ ordered_json json_of(const std::vector<Listed>& found, const std::vector<Absent>
   for (const Listed& listed : found)
     json["devices"].push_back({{"driver", listed.row->name},
                                {"name", listed.name},
+                               {"product", listed.product},
+                               {"serial", listed.serial},
+                               {"latency_ms", listed.latency_ms},
                                {"address", listed.address},
                                {"words", listed.words},
                                {"tested", listed.row->tested},

@@ -110,9 +110,31 @@ std::string verdict_text(const RunAccount& a) {
   return "FAILED: " + (other.empty() ? text : other + "; " + text);
 }
 
+/// "Inverse3, serial 049D, 0.5 ms of latency"; empty: the device says nothing of itself.
+std::string stated_text(const StatedDevice& d) {
+  std::string text = d.name;
+  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+  if (!d.serial.empty()) add("serial " + d.serial);
+  if (d.latency_s > 0) add(short_number(1e3 * d.latency_s, 3) + " ms of latency");
+  if (text.empty()) return text;
+  add(d.is_displacement ? "measures displacement" : "measures its pose");
+  add(d.gives_force ? "gives force" : "gives no force");
+  return text;
+}
+
+ordered_json stated_json(const StatedDevice& d) {
+  return {{"name", d.name},
+          {"serial", d.serial},
+          {"latency_ms", 1e3 * d.latency_s},
+          {"measures", d.is_displacement ? "displacement" : "pose"},
+          {"gives_force", d.gives_force}};
+}
+
 std::string device_text(const DeviceAccount& d) {
   const TickCounts& c = d.counts;
-  std::string text =
+  const std::string stated = stated_text(d.stated);
+  std::string text = stated.empty() ? "" : "  device      " + stated + "\n";
+  text +=
       formatted("  armed       %llu ticks, %u times; in contact %llu; largest %.3g N, %.3g N m\n",
                 wide(c.armed_ticks), c.armings, wide(c.contact_ticks), c.largest_force_n,
                 c.largest_torque_nm);
@@ -143,7 +165,8 @@ std::string memory_text(const RunAccount& a) {
 /// The keys of one device, in two halves: between them stand those of the loop.
 ordered_json device_json(const DeviceAccount& d) {
   const TickCounts& c = d.counts;
-  return {{"armed_ticks", c.armed_ticks},
+  return {{"stated", stated_json(d.stated)},
+          {"armed_ticks", c.armed_ticks},
           {"contact_ticks", c.contact_ticks},
           {"armings", c.armings},
           {"waits_for", d.waits_for},
@@ -186,7 +209,9 @@ std::string status_text(const RunStatus& s) {
   line += formatted("link %s  %s  %.2f N %.3f N m", to_text(s.link),
                     s.is_silent() ? "silent" : to_text(s.servo.arming), s.force_n, s.torque_nm);
   const std::string faults = faults_text(s.servo.safety_faults, s.device_faults());
+  if (s.gap_m) line += formatted("  gap %.1f mm", 1e3 * *s.gap_m);
   if (!faults.empty()) line += "  " + faults;
+  if (const std::string stated = stated_text(s.stated); !stated.empty()) line += "  " + stated;
   const std::string wait = wait_text(s.servo.arming_news);
   if (!wait.empty()) line += "\n           not armed: " + wait;
   if (!s.trouble.empty()) line += "\n         " + s.trouble;
@@ -220,7 +245,9 @@ ordered_json status_json(const RunStatus& s) {
                            {"safety_faults", hal::safety_fault_texts(s.servo.safety_faults)},
                            {"device_faults", hal::device_fault_texts(s.device_faults())},
                            {"reports", s.counters.reports},
-                           {"sent", s.counters.sent}});
+                           {"sent", s.counters.sent},
+                           {"stated", stated_json(s.stated)}});
+  if (s.gap_m) json["gap_m"] = *s.gap_m;
   return json;
 }
 

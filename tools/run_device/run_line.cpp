@@ -6,6 +6,7 @@
 
 #include "hal/local/local_link.hpp"
 #include "hal/usb/usb_link.hpp"
+#include "tools/common/formatted.hpp"
 #include "tools/run_device/arming_words.hpp"
 
 namespace haptic::tools {
@@ -48,16 +49,47 @@ hal::LinkSettings RunLine::link_settings(const SceneBytes& scene) {
   settings.answer_wait_ns = settings.wake_servo ? config_.loop.period_ns / 2 : 0;
   settings.limits = limits_;
   gate_.emplace(fit_question(config_, scene, number_), limits_);
-  if (device_.has_motors)
-    settings.accept = [this](const hal::DeviceCapabilities& c) {
-      bus_.expect_reports_every(hal::report_interval_ns(c));
-      return gate_->admit(c);
-    };
+  settings.accept = [this](const hal::DeviceCapabilities& c) { return admit(c); };
+  settings.gripper = device_.gripper;
   if (!device_.deadman_input.path.empty()) {
     deadman_ = std::make_unique<hal::KeySwitch>(device_.deadman_input);
     settings.switches = deadman_.get();
   }
   return settings;
+}
+
+/// On the link's thread, before reports flow.
+std::string RunLine::admit(const hal::DeviceCapabilities& device) {
+  std::string unfit;
+  if (device_.gripper.is_used() && !(device.largest_gap_m > device_.gripper.opens_m))
+    unfit =
+        device.largest_gap_m > 0
+            ? "its gripper opens to " + short_number(static_cast<double>(device.largest_gap_m), 3) +
+                  " m at most, so that it would never be open; lower [switches] "
+                  "gripper_opens_m"
+            : "it measures no gripper, and [switches] gripper makes it a switch; remove the key";
+  {
+    const std::lock_guard lock(stated_mutex_);
+    stated_ = {std::string(hal::text_of(device.name)), std::string(hal::text_of(device.serial)),
+               1e-9 * static_cast<double>(device.latency_ns), device.is_displacement,
+               device.driven_dof != 0};
+    unfit_ = unfit;
+  }
+  if (!device_.has_motors) return unfit;
+  bus_.expect_reports_every(hal::report_interval_ns(device));
+  const std::string refusal = gate_->admit(device);
+  return refusal.empty() ? unfit : refusal;
+}
+
+StatedDevice RunLine::stated() const {
+  const std::lock_guard lock(stated_mutex_);
+  return stated_;
+}
+
+std::string RunLine::refusal() const {
+  if (was_there()) return "";
+  const std::lock_guard lock(stated_mutex_);
+  return unfit_.empty() ? gate_->refusal() : unfit_;
 }
 
 void RunLine::make_link(const hal::DeviceMailbox& mailbox, hal::ZeroHolder& keeper,
@@ -106,6 +138,8 @@ RunStatus RunLine::status(double t_s, std::int64_t silence_ns, const ServoBoard&
   s.link = link_->state();
   s.counters = link_->counters();
   s.trouble = link_->trouble();
+  s.stated = stated();
+  s.gap_m = link_->gap_m();
   return s;
 }
 
@@ -132,6 +166,7 @@ void RunLine::note_last(const ServoBoard& board) {
 }
 
 void RunLine::finish() {
+  account_.stated = stated();
   if (peer_ != nullptr) account_.peer = peer_->counters();
   account_.link_times = bus_.times();
   account_.ending = bus_.ending();

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstddef>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 
@@ -58,7 +59,7 @@ class RunLine {
   void begin_ending() { bus_.begin_ending(); }
   [[nodiscard]] bool was_there() const { return link_->counters().connects > 0; }
   /// Why the device that was found is not driven; empty: it is, or was.
-  [[nodiscard]] std::string refusal() const { return was_there() ? "" : gate_->refusal(); }
+  [[nodiscard]] std::string refusal() const;
   /// Nothing would take its force away but this process.
   [[nodiscard]] bool needs_keeper() const;
   /// "device 2: " of two.
@@ -74,6 +75,8 @@ class RunLine {
 
  private:
   [[nodiscard]] hal::LinkSettings link_settings(const SceneBytes& scene);
+  [[nodiscard]] std::string admit(const hal::DeviceCapabilities& device);
+  [[nodiscard]] StatedDevice stated() const;
 
   const DeviceConfig& config_;
   const HandDevice& device_;
@@ -90,6 +93,9 @@ class RunLine {
   SafetyLimits limits_;             ///< the configuration's, lowered as the machine is not fit
   std::optional<DeviceGate> gate_;  ///< made with the link
   std::unique_ptr<hal::DeviceLink> link_;
+  mutable std::mutex stated_mutex_;
+  StatedDevice stated_;               ///< at the last connection
+  std::string unfit_;                 ///< why its switches cannot be used; empty: they can
   std::atomic<bool> is_held_{false};  ///< link_ is there
   DeviceAccount account_;
 };

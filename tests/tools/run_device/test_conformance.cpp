@@ -46,23 +46,34 @@ enum class Planted {
   kCutsTooSoon,         ///< after half of its time
   kCutForgotten,        ///< the next command with bit 0 set lifts the cut
   kCutUnreported,       ///< fault bit 1 is missing
+  kPushAtOnce,          ///< drives that go on give at once what is asked for
+  kSlewsForEver,        ///< they say for ever that they do not give all of it
+  kOldHostRefused,      ///< a host of 1.0 gets no block
+  kBlocksDiffer,        ///< and another one than a host of 1.1
+  kNameUnended,         ///< its name has no end
+  kLateByAMinute,       ///< its latency is beyond the range
+  kGapBeyond,           ///< a gap beyond the largest that it states
   kUnwatchedAlone       ///< the watchdog stands still while there is no host
 };
 struct PlantedIn {
   Planted defect;
   int check;  ///< that has to fail
 };
-constexpr PlantedIn kPlanted[] = {{Planted::kBlockDamaged, 2},       {Planted::kBlockOutOfRange, 2},
-                                  {Planted::kAnswersAll, 2},         {Planted::kReportDamaged, 3},
-                                  {Planted::kNumberLeftOut, 3},      {Planted::kOtherClock, 3},
-                                  {Planted::kNoUnitQuaternion, 3},   {Planted::kBornReady, 5},
-                                  {Planted::kDrivesUncalibrated, 5}, {Planted::kCheckIgnored, 6},
-                                  {Planted::kReservedIgnored, 6},    {Planted::kNotCounted, 6},
-                                  {Planted::kReplayTaken, 7},        {Planted::kNoWrap, 7},
-                                  {Planted::kLongerTaken, 8},        {Planted::kNeverCuts, 9},
-                                  {Planted::kFedByRefused, 9},       {Planted::kCutsTooSoon, 9},
-                                  {Planted::kCutForgotten, 9},       {Planted::kCutUnreported, 9},
-                                  {Planted::kUnwatchedAlone, 13}};
+constexpr PlantedIn kPlanted[] = {
+    {Planted::kBlockDamaged, 2},       {Planted::kBlockOutOfRange, 2},
+    {Planted::kAnswersAll, 2},         {Planted::kReportDamaged, 3},
+    {Planted::kNumberLeftOut, 3},      {Planted::kOtherClock, 3},
+    {Planted::kNoUnitQuaternion, 3},   {Planted::kBornReady, 5},
+    {Planted::kDrivesUncalibrated, 5}, {Planted::kCheckIgnored, 6},
+    {Planted::kReservedIgnored, 6},    {Planted::kNotCounted, 6},
+    {Planted::kReplayTaken, 7},        {Planted::kNoWrap, 7},
+    {Planted::kLongerTaken, 8},        {Planted::kNeverCuts, 9},
+    {Planted::kFedByRefused, 9},       {Planted::kCutsTooSoon, 9},
+    {Planted::kCutForgotten, 9},       {Planted::kCutUnreported, 9},
+    {Planted::kPushAtOnce, 9},         {Planted::kSlewsForEver, 9},
+    {Planted::kOldHostRefused, 2},     {Planted::kBlocksDiffer, 2},
+    {Planted::kNameUnended, 2},        {Planted::kLateByAMinute, 2},
+    {Planted::kGapBeyond, 3},          {Planted::kUnwatchedAlone, 13}};
 
 void put_check(std::vector<std::uint8_t>& bytes) {
   const std::uint32_t check = hal::crc32(std::span(bytes).first(bytes.size() - 4));
@@ -82,6 +93,12 @@ class PlantedBoard {
     facts.watchdog_ms = has(Planted::kBlockOutOfRange) ? 1 : 20;
     facts.max_force = 1'200'000;
     facts.max_torque = 3'000'000;
+    facts.latency_us = has(Planted::kLateByAMinute) ? 60'000'000 : 400;
+    facts.largest_gap_um = 70'000;
+    facts.name = "planted board";
+    facts.serial = "007";
+    sample_.gap_um = 25'000;
+    sample_.gap_is_measured = 1;
     haptic_device_begin(&device_, &facts);
     if (has(Planted::kBornReady)) device_.is_fresh = 0;
     sample_.is_calibrated = 1;
@@ -91,9 +108,19 @@ class PlantedBoard {
   std::ptrdiff_t answer(const hal::ControlRequest& request, std::span<std::uint8_t> room) {
     hal::ControlRequest asked = request;
     if (has(Planted::kAnswersAll)) asked = {0xc1, 1, 1, 0};
+    const bool is_old = is_old_ || room.size() < HAPTIC_LONG_BLOCK_BYTES;
+    if (is_old_ && room.size() > HAPTIC_BLOCK_BYTES) room = room.first(HAPTIC_BLOCK_BYTES);
+    if (has(Planted::kOldHostRefused) && is_old) return -1;
+    device_.facts.mass_mg = has(Planted::kBlocksDiffer) && is_old ? 1 : 0;
     const std::int32_t size = haptic_device_answer(&device_, asked.request_type, asked.request,
                                                    asked.value, room.data(), room.size());
     if (has(Planted::kBlockDamaged) && size > 0) room[60] ^= 1;
+    if (has(Planted::kNameUnended) && size == HAPTIC_LONG_BLOCK_BYTES) {
+      std::vector<std::uint8_t> bytes(room.begin(), room.begin() + size);
+      std::fill_n(bytes.begin() + 76, 24, std::uint8_t{'n'});
+      put_check(bytes);
+      std::ranges::copy(bytes, room.begin());
+    }
     return size;
   }
 
@@ -112,6 +139,11 @@ class PlantedBoard {
       bytes[3] &= static_cast<std::uint8_t>(~HAPTIC_CALIBRATED);
       put_check(bytes);
     }
+    if (has(Planted::kGapBeyond) && periods_ % 50 == 0 && !device_.facts.is_short) {
+      bytes[90] = 2;  // 131 mm
+      put_check(bytes);
+    }
+    if (has(Planted::kSlewsForEver)) device_.slewed_us = 0;
     if (has(Planted::kCutUnreported)) {
       bytes[device_.facts.is_short ? 50 : 72] &= static_cast<std::uint8_t>(~HAPTIC_FAULT_CUT);
       put_check(bytes);
@@ -138,11 +170,14 @@ class PlantedBoard {
     if (has(Planted::kCutForgotten)) device_.is_cut = 0;
     const bool accepted =
         haptic_device_command(&device_, bytes.data(), bytes.size(), sample_.time_us) == 1;
+    if (accepted && has(Planted::kPushAtOnce)) device_.slewed_us = 1'000'000;
     if (accepted) return;
     if (has(Planted::kNotCounted)) --device_.rejected;
     if (has(Planted::kFedByRefused)) device_.fed_us = sample_.time_us;
   }
 
+  /// Answers every host as a device of 1.0 does.
+  void be_old() { is_old_ = true; }
   void host_comes() { held_ = true; }
   void host_goes() {
     held_ = false;
@@ -166,7 +201,7 @@ class PlantedBoard {
   haptic_device device_{};
   haptic_sample sample_{};
   std::uint64_t periods_ = 0;
-  bool held_ = false;
+  bool held_ = false, is_old_ = false;
 };
 
 /// A board in this process whose time passes when a report is waited for.
@@ -300,6 +335,23 @@ TEST_SUITE("tools.conformance") {
         if (before.number < planted.check) CHECK(before.result != ConformResult::kFailed);
     }
     CHECK(found == std::ssize(kPlanted));
+  }
+
+  TEST_CASE("conformance: a device of 1.0 passes too, and what it cannot say is not asked of it") {
+    PlantedBoard board(Planted::kNothing);
+    board.be_old();
+    BoardCarrier carrier(board);
+    ConformSettings settings;
+    settings.reports = 300;
+    const std::vector<ConformCheck> checks = check_conformance(carrier, settings);
+    REQUIRE(checks.size() == 13);
+    CHECK(conforms(checks));
+    CHECK(checks[1].found.find("version 1.0, ") != std::string::npos);
+    CHECK(checks[8].found.find("begin at zero") == std::string::npos);
+    const std::vector<ConformCheck> now = checks_of(Planted::kNothing);
+    CHECK(now[1].found.find("version 1.1, ") != std::string::npos);
+    CHECK(now[1].found.find("planted board, serial 007, latency 0.4 ms") != std::string::npos);
+    CHECK(now[8].found.find("begin at zero") != std::string::npos);
   }
 
   TEST_CASE("conformance: endpoints of either speed, and those that fit neither") {

@@ -128,6 +128,31 @@ TEST_SUITE("tools.run_device.fit") {
     CHECK(fit_of(q, c).refusal == "");
   }
 
+  TEST_CASE(
+      "the latency that a device states counts: less is let through, or nothing, and it is said") {
+    FitQuestion q = modest_question();
+    hal::DeviceCapabilities c = stated_device();
+    const double at_once = largest_factor(q, c);
+    CHECK_FALSE(says(fit_of(q, c), "latency"));
+    c.latency_ns = 500'000;
+    const double late = largest_factor(q, c);
+    CHECK(late < at_once);
+    // The same as a scene that states the whole delay itself: half a period and the latency.
+    FitQuestion whole = q;
+    whole.scene.device.delay_s = 1.0e-3;
+    CHECK(largest_factor(whole, stated_device()) == doctest::Approx(late));
+    CHECK(largest_factor(whole, c) == doctest::Approx(late));
+    CHECK(says(fit_of(q, c), "with 0.5 ms of latency that the device states"));
+    c.latency_ns = 100'000'000;
+    const FitAnswer refused = fit_of(q, c);
+    CHECK(refused.refusal.find("with 100 ms of latency that the device states") !=
+          std::string::npos);
+    CHECK(refused.refusal.find("100.5 ms late") != std::string::npos);
+    q.accept_unbudgeted = true;
+    CHECK(fit_of(q, c).refusal == "");
+    CHECK(says(fit_of(q, c), "with 100 ms of latency"));
+  }
+
   TEST_CASE("what is let through is the budget's: sampled, late and scaled as it will be") {
     const hal::DeviceCapabilities c = stated_device();
     FitQuestion q = modest_question();

@@ -252,6 +252,7 @@ void DynamixelDevice::state_facts() {
   }
   const std::string advice = serial_advice(settings_.arm.port);
   if (!advice.empty()) words += " " + advice;
+  c.name = hal::device_text("DYNAMIXEL arm");
   facts_.capabilities = c;
   facts_.name = std::to_string(joints()) + " joints on DYNAMIXEL servos (";
   for (std::size_t k = 0; k < joints(); ++k) {

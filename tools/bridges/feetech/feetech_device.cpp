@@ -132,6 +132,7 @@ void FeetechDevice::state_facts() {
   const std::int64_t period_ns = c.report_period_ns;
   c = {};
   c.report_period_ns = period_ns;
+  c.name = hal::device_text("Feetech arm");
   c.sensed_dof = hal::kDofAll;
   c.encoder_step_m = static_cast<Real>(kCountStep_rad * reach);
   c.encoder_step_rad = static_cast<Real>(kCountStep_rad);

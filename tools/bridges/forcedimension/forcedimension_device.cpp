@@ -161,13 +161,18 @@ void ForceDimensionDevice::state_facts(const DhdModel* model, const DhdSettings&
   c.workspace_radius_m = m.workspace_radius_m;
   c.report_period_ns = period_ns();
   c.watchdog_ns = kDhdWatchdog_ns;
-  facts_.capabilities = c;
+  // An order waits for the next turn of the library's thread.
+  c.latency_ns = period_ns();
 
   const char* const name = calls_.get_system_name(id_);
   unsigned short serial = 0;
   facts_.name = name != nullptr && *name != '\0' ? name : std::string(m.name);
-  if (calls_.get_serial_number(&serial, id_) >= 0)
+  c.name = hal::device_text(facts_.name);
+  if (calls_.get_serial_number(&serial, id_) >= 0) {
+    c.serial = hal::device_text(std::to_string(serial));
     facts_.name += ", serial " + std::to_string(serial);
+  }
+  facts_.capabilities = c;
   facts_.name += ", SDK " + dhd_version(calls_);
   facts_.words = "its watchdog is set to 20 ms";
   if (model == nullptr)

@@ -227,6 +227,8 @@ void HaplyDevice::state_facts(const HaplyVersion& version, const HaplyListed& de
   c.max_damping_ns_per_m = kDamping_ns_per_m;
   c.workspace_radius_m = device.kind == "minverse" ? kMinverseReach_m : kReach_m;
   c.report_period_ns = settings_.times.period_ns;
+  c.name = hal::device_text(product_of(device.kind));
+  c.serial = hal::device_text(device.id);
   facts_.capabilities = c;
   facts_.name = std::string(product_of(device.kind)) + ", serial " + device.id + ", service " +
                 version.text + (grip.id.empty() ? "" : ", grip " + grip.id);

@@ -185,9 +185,13 @@ bool OpenHapticsDevice::state_facts(std::string& why) {
   c.max_damping_ns_per_m = static_cast<Real>(number(kHdMaxDamping) * 1.0e3);
   c.workspace_radius_m = workspace_radius_m();
   c.report_period_ns = period_ns();
+  // An order waits for the next turn of the library's thread.
+  c.latency_ns = period_ns();
+  const std::string model = text(kHdModel), serial = text(kHdSerial), version = text(kHdVersion);
+  c.name = hal::device_text(model);
+  c.serial = hal::device_text(serial);
   facts_.capabilities = c;
 
-  const std::string model = text(kHdModel), serial = text(kHdSerial), version = text(kHdVersion);
   facts_.name = model.empty() ? "device of OpenHaptics" : model;
   if (!serial.empty()) facts_.name += ", serial " + serial;
   facts_.name += ", HDAPI " + (version.empty() ? "of a version that it does not say" : version);

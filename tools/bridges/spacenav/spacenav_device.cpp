@@ -222,6 +222,8 @@ void SpacenavDevice::describe(const std::string& name, std::uint16_t vendor_id,
   facts_.capabilities.sensed_dof = hal::kDofAll;
   facts_.capabilities.workspace_radius_m = pose_.reach_m();
   facts_.capabilities.report_period_ns = kPeriod_ns;
+  facts_.capabilities.is_displacement = true;
+  facts_.capabilities.name = hal::device_text(name);
   facts_.rests_in_silence = true;
   facts_.name = name;
   if (vendor_id != 0) facts_.name += " (" + identity(vendor_id, product_id) + ")";
