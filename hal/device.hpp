@@ -54,7 +54,7 @@ struct DeviceCapabilities {
   /// filters, its bus, a service between. The host's own delay comes on top.
   std::int64_t latency_ns = 0;
   Real largest_gap_m = 0;  ///< of its gripper; 0: it measures none
-  /// What it measures is a displacement, and its pose the integral of that.
+  /// It measures a displacement, and its pose is the integral of that.
   bool is_displacement = false;
   DeviceText name{}, serial{};  ///< empty: it states none
   /// Between two looks of the bus for a report: bInterval. 0: it has none (bulk, no bus), or it is

@@ -55,7 +55,7 @@ struct haptic_facts {
   uint32_t max_stiffness_mn_per_m, max_damping_mns_per_m;
   uint32_t mass_mg, damping_uns_per_m, friction; /**< friction: 10 uN */
   uint32_t encoder_step_nm, encoder_step_nrad, workspace_radius_um;
-  /* Of version 1.1. */
+  /* Added by version 1.1. */
   uint8_t is_displacement;   /**< the pose is what the board integrates of a displacement */
   uint32_t latency_us;       /**< of its own, from a sample to the begin of its wrench */
   uint32_t largest_gap_um;   /**< of the gripper; 0: none is measured */

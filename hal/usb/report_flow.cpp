@@ -380,7 +380,7 @@ void ReportFlow::follow_switches() noexcept {
   state_.switches = (state_.switches & ~kInputSwitch) | pressed;
 }
 
-// Of a new state alone: a report that was refused says nothing of the gripper.
+// After a new state alone: a report that was refused says nothing of the gripper.
 void ReportFlow::follow_gripper() noexcept {
   const std::optional<Real> gap_m = driver_.gap_m();
   gap_m_.store(gap_m ? static_cast<double>(*gap_m) : -1.0, std::memory_order_relaxed);

@@ -36,7 +36,7 @@ struct ReferenceModelSettings {
   /// Stated; the device's own limits grow at them when the drives go on. 0: not stated.
   double max_force_rate_n_per_s = 2000, max_torque_rate_nm_per_s = 40;
   bool twist_sensed = true;  ///< else velocities are sent as zero and not valid
-  /// Of version 1.1; a device of 1.0 answers every host as one of 1.0.
+  /// Version 1.1; a device of 1.0 answers every host as one of 1.0.
   bool speaks_1_1 = false;
   bool is_displacement = false;
   double latency_s = 0;      ///< stated, not simulated: that is `device`'s

@@ -34,7 +34,7 @@ struct Refusal {
   int error = 0;     ///< errno
 };
 
-/// What a device has said of itself at its last connection.
+/// A device's own statement at its last connection.
 struct StatedDevice {
   std::string name, serial;  ///< empty: not stated
   double latency_s = 0;
