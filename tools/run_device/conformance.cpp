@@ -417,6 +417,8 @@ class Checks {
     carrier_.pass(std::int64_t{1000} * (host_.watchdog_us() + 2 * host_.period_us()));
     const std::string absent = carrier_.connect();
     if (!absent.empty()) return {"it cannot be had again: " + absent, ""};
+    if (const std::string block = host_.ask_block(); !block.empty())
+      return {"for the next host: " + block, ""};
     if (!host_.next()) return {host_.trouble(), ""};
     if (host_.says(hal::kReferenceDrivesOn))
       return {"the drives are on after the host has gone for longer than the watchdog", ""};
