@@ -64,8 +64,8 @@ haptic_facts facts_of(const DeviceCapabilities& c, std::int64_t watchdog_ns) noe
   facts.latency_us =
       static_cast<std::uint32_t>(std::clamp<std::int64_t>(c.latency_ns, 0, kMostLatency_ns) / 1000);
   facts.largest_gap_um = std::min(u32(c.largest_gap_m, kReferenceGapUnit_m), kMostGap_um);
-  facts.name = is_text(c.name) ? c.name.data() : nullptr;
-  facts.serial = is_text(c.serial) ? c.serial.data() : nullptr;
+  if (is_text(c.name)) std::ranges::copy(c.name, facts.name);
+  if (is_text(c.serial)) std::ranges::copy(c.serial, facts.serial);
   return facts;
 }
 

@@ -9,8 +9,8 @@ namespace haptic::hal {
 
 /// Statement of a device about itself as the protocol has it: numbers beyond its ranges become the
 /// nearest that it has, the period at least 100 us and at most 20 ms. A driven degree of freedom
-/// without a largest force is not driven, nor is one behind a displacement. The texts are those of
-/// `capabilities`, which outlive the facts; one that is none is not stated.
+/// without a largest force is not driven, nor is one behind a displacement. A text
+/// that is none is not stated.
 [[nodiscard]] haptic_facts facts_of(const DeviceCapabilities& capabilities,
                                     std::int64_t watchdog_ns) noexcept;
 

@@ -371,7 +371,7 @@ int32_t haptic_device_command(struct haptic_device* device, const uint8_t* bytes
 
 /* 24 bytes, the last of them 0 in any case. */
 static uint8_t* put_name(uint8_t* at, const char* name) {
-  int k, ended = name == 0;
+  int k, ended = 0;
   for (k = 0; k < HAPTIC_MOST_LETTERS; ++k) {
     ended = ended || name[k] == 0;
     at = put8(at, ended ? 0u : name[k] >= 0x20 && name[k] <= 0x7e ? (uint32_t)name[k] : 0x3fu);

@@ -59,7 +59,7 @@ struct haptic_facts {
   uint8_t is_displacement;   /**< the pose is what the board integrates of a displacement */
   uint32_t latency_us;       /**< of its own, from a sample to the begin of its wrench */
   uint32_t largest_gap_um;   /**< of the gripper; 0: none is measured */
-  const char *name, *serial; /**< printable ASCII, which stays where it is; null: not stated */
+  char name[24], serial[24]; /**< printable ASCII, zeros behind it; empty: not stated */
 };
 
 /** Sample of the board, all at one instant. */

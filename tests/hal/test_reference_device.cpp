@@ -527,8 +527,8 @@ TEST_SUITE("hal.reference_device") {
     haptic_facts facts = example_facts();
     facts.latency_us = 400;
     facts.largest_gap_um = 70'000;
-    facts.name = "Desk arm\n";
-    facts.serial = "0123456789abcdef0123456789";
+    std::copy_n("Desk arm\n", 10, facts.name);
+    std::copy_n("0123456789abcdef0123456789", 24, facts.serial);  // without an end
     FirmwareBench bench(facts);
     bench.sample.gap_um = 25'000;
     bench.sample.gap_is_measured = 1;

@@ -4,6 +4,7 @@
 /// one rule broken must differ.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -54,8 +55,8 @@ class FirmwarePair {
     facts.encoder_step_nrad = b.encoder_step_nrad;
     facts.latency_us = 250;
     facts.largest_gap_um = 70'000;
-    facts.name = kName;
-    facts.serial = kSerial;
+    std::copy_n(kName, sizeof facts.name, facts.name);  // without an end
+    std::copy_n(kSerial, 4, facts.serial);
     facts_ = facts;
     power_up();
   }

@@ -195,7 +195,7 @@ void haptic_device_begin(haptic_device* device, const haptic_facts* facts) {
   *device = board().make(call).device;
 }
 
-std::int32_t haptic_device_answer(const haptic_device* device, std::uint8_t request_type,
+std::int32_t haptic_device_answer(haptic_device* device, std::uint8_t request_type,
                                   std::uint8_t request, std::uint16_t value, std::uint8_t* room,
                                   std::size_t size) {
   haptic_board_call call = call_of(HAPTIC_BOARD_ANSWER, *device);
@@ -204,6 +204,7 @@ std::int32_t haptic_device_answer(const haptic_device* device, std::uint8_t requ
   call.value = value;
   call.size = static_cast<std::uint32_t>(std::min<std::size_t>(size, HAPTIC_BOARD_BYTES));
   const haptic_board_answer answer = board().make(call);
+  *device = answer.device;  // it knows now which version the host speaks
   if (answer.result > 0 && static_cast<std::size_t>(answer.result) <= size)
     std::copy_n(answer.bytes, answer.result, room);
   return answer.result;

@@ -95,8 +95,8 @@ class PlantedBoard {
     facts.max_torque = 3'000'000;
     facts.latency_us = has(Planted::kLateByAMinute) ? 60'000'000 : 400;
     facts.largest_gap_um = 70'000;
-    facts.name = "planted board";
-    facts.serial = "007";
+    std::copy_n("planted board", 14, facts.name);
+    std::copy_n("007", 4, facts.serial);
     sample_.gap_um = 25'000;
     sample_.gap_is_measured = 1;
     haptic_device_begin(&device_, &facts);
