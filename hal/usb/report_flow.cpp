@@ -162,7 +162,10 @@ void ReportFlow::end(bool lost, HalStatus why) noexcept {
   if (zero_held_) settings_.zero_holder->release();
   zero_held_ = false;
   sent_.begin();
-  tell_held({});
+  if (lost)
+    held_until_ns_.store(clock_ns() + std::max(stated_.watchdog_ns, settings_.silence_ns));
+  else
+    tell_held({});
   gripper_.open();
   gap_m_.store(-1.0, std::memory_order_relaxed);
   state_.link = LinkState::kAbsent;
@@ -212,6 +215,14 @@ void ReportFlow::take_report(std::span<const std::uint8_t> bytes, std::int64_t n
 void ReportFlow::tell_held(const HeldWrench& held) noexcept {
   held_force_n_.store(held.force_n, std::memory_order_relaxed);
   held_torque_nm_.store(held.torque_nm, std::memory_order_relaxed);
+  held_until_ns_.store(0);
+}
+
+HeldWrench ReportFlow::held() const noexcept {
+  const std::int64_t until_ns = held_until_ns_.load();
+  if (until_ns != 0 && clock_ns() > until_ns) return {};
+  return {held_force_n_.load(std::memory_order_relaxed),
+          held_torque_nm_.load(std::memory_order_relaxed)};
 }
 
 std::string ReportFlow::defect(std::int64_t bus_interval_ns) const {

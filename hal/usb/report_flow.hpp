@@ -59,11 +59,9 @@ class ReportFlow final : public TransferSink {
   /// may. Before begin_reports, of every carrier. `bus_interval_ns`: as of
   /// DeviceCapabilities. May allocate.
   [[nodiscard]] std::string defect(std::int64_t bus_interval_ns) const;
-  /// As DeviceLink::held, from any thread: nothing where no device is connected.
-  [[nodiscard]] HeldWrench held() const noexcept {
-    return {held_force_n_.load(std::memory_order_relaxed),
-            held_torque_nm_.load(std::memory_order_relaxed)};
-  }
+  /// As DeviceLink::held, from any thread. A device that was lost may have its last wrench until
+  /// its own watchdog has cut it; after that, nothing.
+  [[nodiscard]] HeldWrench held() const noexcept;
   /// As DeviceLink::gap_m, from any thread.
   [[nodiscard]] std::optional<double> gap_m() const noexcept {
     const double gap_m = gap_m_.load(std::memory_order_relaxed);
@@ -150,6 +148,7 @@ class ReportFlow final : public TransferSink {
   std::atomic<LinkState> link_{LinkState::kAbsent};
   std::atomic<double> held_force_n_{0}, held_torque_nm_{0};
   std::atomic<double> gap_m_{-1};  ///< below 0: none
+  std::atomic<std::int64_t> held_until_ns_{0};  ///< 0: until something else is known
 };
 
 }  // namespace haptic::hal

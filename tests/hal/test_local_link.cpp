@@ -54,7 +54,9 @@ class StillPeer final : public LocalPeer {
     most_z = std::max(most_z, last.force[2]);
   }
 
-  bool answers = true, deaf = false;
+  [[nodiscard]] bool gone() const noexcept override { return is_gone; }
+
+  bool answers = true, deaf = false, is_gone = false;
   std::int64_t (*sampled)(std::int64_t now_ns) = nullptr;  ///< null: now
   std::uint32_t plugs = 0, reports = 0, commands = 0;
   std::int32_t most_z = 0;
@@ -179,6 +181,33 @@ TEST_SUITE("hal.local_link") {
     CHECK(b.force_n() == 0);  // until armed again
     for (unsigned k = 0; k < kMostTurns && b.force_n() < 1.9; ++k) b.turn(2.0, 20 + k / 500);
     CHECK(b.force_n() >= 1.9);
+  }
+
+  TEST_CASE(
+      "a peer deaf for a few reports of a ramp hears a step again, and not all that it missed") {
+    // 9 N let go: 2 N a period, all of it within the five reports that the peer is deaf.
+    constexpr double kMostStep_n = 2 * 2.0 + 0.01;
+    for (const int deaf_reports : {3, 5, 8}) {
+      CAPTURE(deaf_reports);
+      Bench b;
+      for (unsigned k = 0; k < kMostTurns && b.force_n() < 8.999; ++k) b.turn(9.0, 1 + k / 500);
+      REQUIRE(b.force_n() == doctest::Approx(9.0).epsilon(1e-3));
+      const std::uint32_t until = b.peer.reports + static_cast<std::uint32_t>(deaf_reports);
+      b.peer.deaf = true;
+      for (int k = 0; k < kMostTurns && b.peer.reports < until; ++k) b.turn(0, b.command.arming);
+      b.peer.deaf = false;
+      double last_n = b.force_n(), largest_n = 0;
+      CHECK(last_n == doctest::Approx(9.0).epsilon(1e-3));
+      for (int k = 0; k < kMostTurns && last_n > 0; ++k) {
+        b.turn(0, b.command.arming);
+        largest_n = std::max(largest_n, last_n - b.force_n());
+        CHECK(b.force_n() <= last_n);
+        last_n = b.force_n();
+      }
+      CHECK(last_n == 0);
+      CHECK(largest_n <= kMostStep_n);
+      CHECK(largest_n > 1);
+    }
   }
 
   TEST_CASE("a report's own time: not beyond now, as old as it says, and silence where it stands") {

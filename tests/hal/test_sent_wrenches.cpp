@@ -52,6 +52,21 @@ TEST_SUITE("hal.sent_wrenches") {
     CHECK(s.held().force_n == 0);
   }
 
+  TEST_CASE("accepted: the very wrench of the command that the device names, or none") {
+    SentWrenches s;
+    CHECK(s.accepted() == nullptr);
+    s.told(receipt(10, 10));
+    REQUIRE(s.accepted() != nullptr);
+    CHECK(s.accepted()->force_w.norm() == 0);
+    s.sent(push(6), receipt(11, 10));
+    s.sent(push(4), receipt(12, 10));
+    CHECK(s.accepted()->force_w.norm() == 0);
+    s.told(receipt(12, 11));
+    CHECK(static_cast<double>(s.accepted()->force_w[2]) == doctest::Approx(6));
+    s.told(receipt(12, 11, false));
+    CHECK(s.accepted()->force_w.norm() == 0);
+  }
+
   TEST_CASE("drives that are off exert nothing; a zero command that is newer than all is one") {
     SentWrenches s;
     s.told(receipt(0, 0));
