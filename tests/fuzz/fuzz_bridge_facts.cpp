@@ -62,6 +62,8 @@ std::vector<haptic::fuzz::Seed> haptic::fuzz::seeds() {
        R"(j{"bridge":"haply","found":true,"name":"Inverse3, serial 04a1","words":"x","max_force_n":8})"},
       {"absent", R"(j{"bridge":"spacenav","found":false,"why":"spacenavd is not running"})"},
       {"wrong_kinds", R"(j{"bridge":1,"found":"yes","name":[],"words":{},"why":null})"},
+      {"deep", "j" + std::string(2000, '[')},
+      {"brackets_in_a_name", std::string("\0\6[[{[[[\0", 9)},
       {"no_json", "jdevice_bridge: no such bridge"},
       {"told", std::string("\0\5Touch\6a word\0\0\x50\x41", 18)},
       {"not_utf8", std::string("\0\4\xff\xfe\xc3\x28\3\xed\xa0\x80", 10)}};

@@ -6,20 +6,6 @@
 namespace haptic::tools {
 namespace {
 
-/// Objects and arrays within each other: an answer has one.
-constexpr int kMostAnswerDepth = 4;
-
-/// The parser of the JSON library recurses where it throws its tree away: depth is judged first.
-bool is_flat(std::string_view text) {
-  int depth = 0;
-  for (const char c : text) {
-    if (c == '{' || c == '[') ++depth;
-    if (c == '}' || c == ']') --depth;
-    if (depth > kMostAnswerDepth) return false;
-  }
-  return true;
-}
-
 std::string text_at(const nlohmann::json& json, const char* key) {
   const auto at = json.find(key);
   return at != json.end() && at->is_string() ? at->get<std::string>() : std::string();
@@ -30,8 +16,7 @@ std::string text_at(const nlohmann::json& json, const char* key) {
 BridgeAnswer read_bridge_answer(std::string_view line) {
   BridgeAnswer answer;
   line = line.substr(0, kMostBridgeAnswer);
-  const nlohmann::json json =
-      is_flat(line) ? nlohmann::json::parse(line, nullptr, false) : nlohmann::json();
+  const nlohmann::json json = nlohmann::json::parse(line, nullptr, false);
   if (!json.is_object()) {
     answer.why = line.empty() ? "the bridge has not answered" : std::string(line);
     return answer;
