@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <csignal>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -118,6 +119,22 @@ TEST_SUITE("host_sim.process_matrix") {
     CHECK(failures_of(run_process_matrix(options)) == "");
   }
 
+  TEST_CASE(
+      "[long] probes: a queue in front of the device, and an output without a ramp, are found") {
+    ProcessMatrixOptions options;
+    options.program = HAPTIC_RUN_DEVICE;
+    options.quick = true;
+    options.wanted = [](const ProcessCase& cell) {
+      return cell.fault->victim == ProcessVictim::kGuardian && cell.fault->number == SIGTERM;
+    };
+    options.stale_ms = 20;
+    CHECK(failures_of(run_process_matrix(options)).find("older than two periods") !=
+          std::string::npos);
+    options.stale_ms = 0;
+    options.no_ramp = true;
+    CHECK(failures_of(run_process_matrix(options)).find("a step of") != std::string::npos);
+  }
+
   TEST_CASE("README.md of hal: its table of processes is the matrix's") {
     std::ifstream file(HAPTIC_TEST_DIR "/../hal/README.md");
     const std::string page{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -137,6 +154,43 @@ TEST_SUITE("host_sim.process_matrix") {
     CHECK_FALSE(wire_of(killed, std::vector<double>(600, 10)).failures.empty());
   }
 
+  TEST_CASE("the judge dates each command that changes the force, and no other") {
+    const ProcessFault& killed = fault_named(ProcessVictim::kServo, "SIGKILL");
+    const auto with_delay = [&](std::int64_t delay_ns) {
+      ProcessVerdict v = wire_of(killed, ramp(2, 300));
+      for (const WireCommand& c : v.wire.commands)
+        v.tapped.push_back({c.stamp_ns - delay_ns, c.wrench});
+      v.failures.clear();
+      v.found = {};
+      v.found.before_n = 10;
+      judge_wire(v, kSlew_n_per_s);
+      return v;
+    };
+    const ProcessVerdict fresh = with_delay(1'900'000);
+    CHECK(fresh.failures.empty());
+    CHECK(fresh.found.dated == 5);  // 10, 8, 6, 4, 2 N; one that is held, and zero, have no age
+    CHECK(fresh.found.oldest_ms == doctest::Approx(1.9));
+    const ProcessVerdict old = with_delay(2'500'000);
+    CHECK(old.found.too_old == 5);
+    CHECK_FALSE(old.failures.empty());
+  }
+
+  TEST_CASE("the judge: a status may state too much, and too little by one command at most") {
+    const ProcessFault& spare = fault_named(ProcessVictim::kSpare, "SIGKILL");
+    const auto stating = [&](double force_n) {
+      ProcessVerdict v = wire_of(spare, std::vector<double>(600, 10));
+      v.stated = {{v.fault_ns + 50'000'000, force_n}};
+      v.failures.clear();
+      judge_wire(v, kSlew_n_per_s);
+      return v;
+    };
+    CHECK(stating(12).failures.empty());
+    CHECK(stating(10).failures.empty());
+    CHECK(stating(10).found.stated == 1);
+    CHECK_FALSE(stating(0).failures.empty());
+    CHECK(stating(9.5).found.understated_n == doctest::Approx(0.5));
+  }
+
   TEST_CASE("the judge: who goes on keeps its force, who is gone has none at once") {
     const ProcessFault& spare = fault_named(ProcessVictim::kSpare, "SIGKILL");
     CHECK(wire_of(spare, std::vector<double>(600, 10)).failures.empty());
@@ -146,7 +200,7 @@ TEST_SUITE("host_sim.process_matrix") {
     CHECK_FALSE(wire_of(gone, std::vector<double>(600, 10)).failures.empty());
     const ProcessFault& wild = fault_named(ProcessVictim::kServo, "scribbles 0x41");
     CHECK(wire_of(wild, std::vector<double>(300, 10)).failures.empty());
-    CHECK_FALSE(wire_of(wild, {10, 12, 14, 16}).failures.empty());
+    CHECK_FALSE(wire_of(wild, {10, 14, 18, 22, 26}).failures.empty());
   }
 }
 

@@ -6,8 +6,9 @@
 
 namespace haptic::sim {
 
-/// Force of the device that is run, and of the one that replaces it.
-inline constexpr double kProcessDevice_n = 12, kOtherProcessDevice_n = 0.2;
+/// Force of the device that is run, and of the one that replaces it. Half of it or less is what a
+/// machine that wakes threads late leaves: still a ramp of several periods.
+inline constexpr double kProcessDevice_n = 24, kOtherProcessDevice_n = 0.2;
 /// Forces of the wire are whole units of the device.
 inline constexpr double kWireRounding_n = 0.01;
 /// How long a run is watched after its fault.

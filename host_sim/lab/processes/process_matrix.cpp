@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host_sim/lab/processes/process_matrix.hpp"
 
+#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -44,7 +45,8 @@ constexpr unsigned kTries = 12;
 // Before a try the machine is to wake a thread of the loop's priority in time for so long; it is
 // waited for so many times.
 constexpr std::int64_t kQuiet_ns = 60 * kMs, kInTime_ns = 1 * kMs;
-constexpr int kMostWaits = 100, kLoopPriority = 79;
+constexpr int kMostWaits = 100, kLoopPriority = 79, kUrgentPriority = 80;
+constexpr double kFirstStep_n = 0.1, kNoRamp_n_per_s = 1e6;
 
 void sleep_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
 
@@ -76,8 +78,9 @@ bool comes(Condition holds, std::int64_t within_ns = kPatience_ns) {
   return true;
 }
 
-ReferenceModelSettings device_settings(double max_force_n) {
+ReferenceModelSettings device_settings(double max_force_n, bool ramps = true) {
   ReferenceModelSettings settings;
+  if (!ramps) settings.max_force_rate_n_per_s = kNoRamp_n_per_s;
   settings.hand = *hand_named("firm");
   settings.max_force_n = max_force_n;
   return settings;
@@ -139,18 +142,35 @@ void note_lines(const std::string& output, std::size_t from, ProcessVerdict& ver
   }
 }
 
+/// While it lives this thread comes before all that is tested but the device; what is forked does
+/// not.
+class Urgent {
+ public:
+  Urgent() {
+    const sched_param param{kUrgentPriority};
+    (void)sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &param);
+  }
+  ~Urgent() {
+    const sched_param param{0};
+    (void)sched_setscheduler(0, SCHED_OTHER, &param);
+  }
+  Urgent(const Urgent&) = delete;
+  Urgent& operator=(const Urgent&) = delete;
+};
+
 /// One cell, played.
 class ProcessPlay {
  public:
   /// `bridged`: a bridge is between the program and the device.
-  ProcessPlay(const Bench& bench, const ProcessCase& cell, bool bridged, double stale_ms)
+  ProcessPlay(const Bench& bench, const ProcessCase& cell, bool bridged,
+              const ProcessMatrixOptions& options)
       : bench_(bench),
         cell_(cell),
         bridge_(bridged ? std::make_unique<RelayBridge>(bench.file("device.sock"),
                                                         bench.file("relayed.sock"))
                         : nullptr),
         device_(bench.file(bridged ? "relayed.sock" : "device.sock"),
-                device_settings(kProcessDevice_n)) {
+                device_settings(kProcessDevice_n, !options.no_ramp)) {
     std::filesystem::remove(bench.file("crash.csv"));
     const ProcessFault& fault = *cell.fault;
     const bool pipe = fault.victim == ProcessVictim::kLogReader;
@@ -159,7 +179,7 @@ class ProcessPlay {
                                                        : ProgramReader::kFile;
     program_ =
         std::make_unique<DeviceProgram>(bench.arguments("0.01"), bench.file("first"), reader_);
-    device_.pass_on_after(static_cast<std::int64_t>(1e6 * stale_ms));
+    device_.pass_on_after(static_cast<std::int64_t>(1e6 * options.stale_ms));
     tap_.begin(program_->pid(ProgramPart::kGuardian));
     if (reader_ == ProgramReader::kFile) tail_.begin(bench.file("first.out"));
   }
@@ -169,6 +189,8 @@ class ProcessPlay {
   void harm(ProcessVerdict& verdict);
   void watch(ProcessVerdict& verdict);
   [[nodiscard]] std::string said() const { return program_->said(); }
+  /// This thread came when the ramp out was over.
+  [[nodiscard]] bool missed_ramp() const { return missed_ramp_; }
 
  private:
   [[nodiscard]] bool arm_free();
@@ -185,9 +207,11 @@ class ProcessPlay {
   ServedDevice device_;
   ProgramReader reader_ = ProgramReader::kFile;
   std::size_t told_before_ = 0;
+  bool missed_ramp_ = false;
   std::unique_ptr<DeviceProgram> program_, second_;
   CommandTap tap_;
   StatusTail tail_;
+  std::unique_ptr<Urgent> urgent_;  ///< until the fault is over
 };
 
 bool ProcessPlay::arm_free() {
@@ -229,6 +253,7 @@ bool ProcessPlay::reach() {
     if (!comes([&] { return program_->pid(part) > 0; }))
       throw tools::InputError(std::string("run_device has no process ") + to_text(part));
   }
+  told_before_ = program_->output().size();
   switch (cell_.state) {
     case OperatorState::kDisarmed:
       device_.hold(kFirm_m, 0);
@@ -246,9 +271,16 @@ bool ProcessPlay::reach() {
   }
   if (!press()) return false;
   const double full_n = device_.handed_n();
+  told_before_ = program_->output().size();
   if (cell_.state == OperatorState::kDisarming) {
+    // The ramp takes few milliseconds: this thread is to be there at its first step.
+    urgent_ = std::make_unique<Urgent>();
     device_.hold(kFirm_m, 0);
-    return comes([&] { return device_.handed_n() < 0.7 * full_n; }, 200 * kMs);
+    const std::int64_t end_ns = hal::monotonic_ns() + 200 * kMs;
+    while (device_.handed_n() > full_n - kFirstStep_n && hal::monotonic_ns() < end_ns)
+      (void)hal::sleep_until(hal::monotonic_ns() + kMs / 20);
+    missed_ramp_ = device_.handed_n() <= kWireRounding_n;
+    return !missed_ramp_;
   }
   if (cell_.state == OperatorState::kFaulted) {
     device_.press_emergency_stop(true);
@@ -291,7 +323,6 @@ void ProcessPlay::be_deaf(bool deaf) {
 
 void ProcessPlay::harm(ProcessVerdict& verdict) {
   const ProcessFault& fault = *cell_.fault;
-  told_before_ = program_->output().size();
   verdict.found.before_n = device_.handed_n();
   verdict.fault_ns = hal::monotonic_ns();
   switch (fault.cause) {
@@ -356,6 +387,7 @@ void ProcessPlay::harm(ProcessVerdict& verdict) {
 }
 
 void ProcessPlay::watch(ProcessVerdict& verdict) {
+  urgent_.reset();
   const ProcessFault& fault = *cell_.fault;
   // The last tick of a hung process is 250 ms old before it is killed.
   sleep_ms(static_cast<int>(kProcessWatch_ns / kMs));
@@ -456,7 +488,7 @@ ProcessVerdict play(const Bench& bench, const ProcessCase& cell,
     verdict.cell = cell;
     verdict.tries = k;
     wait_for_quiet();
-    ProcessPlay stage(bench, cell, bridged, options.stale_ms);
+    ProcessPlay stage(bench, cell, bridged, options);
     if (stage.reach()) {
       stage.harm(verdict);
       stage.watch(verdict);
@@ -465,7 +497,8 @@ ProcessVerdict play(const Bench& bench, const ProcessCase& cell,
       verdict.failures.push_back("the state was not reached");
       verdict.said = stage.said();
     }
-    verdict.spoiled = spoiled_by_machine(verdict);
+    verdict.spoiled = stage.missed_ramp() ? "this process came when the ramp out was over"
+                                          : spoiled_by_machine(verdict);
     if (verdict.spoiled.empty()) break;
   }
   if (!verdict.spoiled.empty()) {
