@@ -90,6 +90,7 @@ DeviceProgram::DeviceProgram(const std::vector<std::string>& arguments, const st
     : out_(out) {
   const int err = open((out + ".err").c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0600);
   Ends ends;
+  (void)unlink((out + ".out").c_str());  // of the program before, which nobody is to take for ours
   if (reader == ProgramReader::kFile)
     ends.writer = open((out + ".out").c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0600);
   if (reader == ProgramReader::kNobody) ends = unread_pipe();

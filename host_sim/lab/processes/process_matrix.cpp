@@ -238,10 +238,9 @@ bool ProcessPlay::press() {
 }
 
 bool ProcessPlay::reach() {
-  // The bridge is the device's host before the program is.
+  // The bridge is the device's host before the program is, and asks for no drives by itself.
   const auto is_taken = [&] {
-    return bridge_ == nullptr ? device_.hosts() == 1
-                              : program_->said().find("the device reports") != std::string::npos;
+    return bridge_ == nullptr ? device_.hosts() == 1 : device_.is_asked_for_drives();
   };
   if (!comes(is_taken)) {
     throw tools::InputError("run_device does not take the device: " + program_->said());
@@ -357,6 +356,8 @@ void ProcessPlay::harm(ProcessVerdict& verdict) {
     case ProcessCause::kStart: {
       std::vector<std::string> arguments = bench_.arguments("0.1");
       arguments.insert(arguments.end(), {"--seconds", "1"});
+      // A fork that is put off while it copies the memory map would hold up the device's thread.
+      const Urgent urgent;
       second_ =
           std::make_unique<DeviceProgram>(arguments, bench_.file("second"), ProgramReader::kFile);
       break;

@@ -80,6 +80,11 @@ double ServedDevice::handed_n() const {
   return handed_n_;
 }
 
+bool ServedDevice::is_asked_for_drives() const {
+  const std::lock_guard lock(mutex_);
+  return !record_.commands.empty() && record_.commands.back().drives_on;
+}
+
 unsigned ServedDevice::hosts() const {
   const std::lock_guard lock(mutex_);
   return port_.hosts();

@@ -66,8 +66,9 @@ class ServedDevice final : private hal::PortDevice {
   [[nodiscard]] WireRecord record() const;
   /// Of the last command accepted from the host that is connected; 0: none.
   [[nodiscard]] double handed_n() const;
-  [[nodiscard]] unsigned hosts() const;    ///< that connected and were served
-  [[nodiscard]] unsigned refused() const;  ///< that came while another was served
+  [[nodiscard]] bool is_asked_for_drives() const;  ///< by the last command
+  [[nodiscard]] unsigned hosts() const;            ///< that connected and were served
+  [[nodiscard]] unsigned refused() const;          ///< that came while another was served
 
  private:
   void serve();
