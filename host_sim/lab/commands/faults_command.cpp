@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // host_sim faults --out DIR [--quick] [--processes [--bridged] [--process NAME]...
-// [--stale-ms MS] [--no-ramp]] [--carrier usb|direct] [--report-clocked]
+// [--stale-ms MS]] [--carrier usb|direct] [--report-clocked]
 //                 [--hands 1|2] [--threads N]
 #include <algorithm>
 #include <cstdio>
@@ -25,7 +25,6 @@ struct FaultsArguments {
   bool processes = false, bridged = false;
   std::vector<std::string> of;  ///< processes whose rows are run; empty: all
   double stale_ms = 0;
-  bool no_ramp = false;
 };
 
 int do_process_faults(const FaultsArguments& o) {
@@ -34,7 +33,6 @@ int do_process_faults(const FaultsArguments& o) {
   options.quick = o.matrix.quick;
   options.bridged = o.bridged;
   options.stale_ms = o.stale_ms;
-  options.no_ramp = o.no_ramp;
   options.wanted = [&o](const ProcessCase& cell) {
     return o.of.empty() ||
            std::find(o.of.begin(), o.of.end(), to_text(cell.fault->victim)) != o.of.end();
@@ -106,10 +104,6 @@ Command add_faults_command(CLI::App& program) {
             return "no process '" + name + "' in the table of hal/README.md";
           },
           "NAME"));
-  app->add_flag("--no-ramp", o->no_ramp,
-                "self-test: with --processes, the device states a rate of force for which nothing "
-                "has to ramp, so the check must fail")
-      ->needs("--processes");
   app->add_option("--stale-ms", o->stale_ms,
                   "self-test: with --processes, commands wait so long in a queue of the device's "
                   "process, so the check must fail")

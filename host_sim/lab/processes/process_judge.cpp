@@ -80,8 +80,8 @@ void date_commands(ProcessVerdict& v) {
   }
 }
 
-/// What a status states, against the least that acted on the hand about its time, and against it by
-/// more than the largest command-to-command step there.
+/// The force that a status states, against the least that acted on the hand about its time, and
+/// against it by more than the largest command-to-command step there.
 void compare_statuses(ProcessVerdict& v) {
   ProcessFigures& f = v.found;
   std::size_t period = 0, command = 0;

@@ -46,7 +46,7 @@ constexpr unsigned kTries = 12;
 // waited for so many times.
 constexpr std::int64_t kQuiet_ns = 60 * kMs, kInTime_ns = 1 * kMs;
 constexpr int kMostWaits = 100, kLoopPriority = 79, kUrgentPriority = 80;
-constexpr double kFirstStep_n = 0.1, kNoRamp_n_per_s = 1e6;
+constexpr double kFirstStep_n = 0.1;
 
 void sleep_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
 
@@ -78,9 +78,8 @@ bool comes(Condition holds, std::int64_t within_ns = kPatience_ns) {
   return true;
 }
 
-ReferenceModelSettings device_settings(double max_force_n, bool ramps = true) {
+ReferenceModelSettings device_settings(double max_force_n) {
   ReferenceModelSettings settings;
-  if (!ramps) settings.max_force_rate_n_per_s = kNoRamp_n_per_s;
   settings.hand = *hand_named("firm");
   settings.max_force_n = max_force_n;
   return settings;
@@ -170,7 +169,7 @@ class ProcessPlay {
                                                         bench.file("relayed.sock"))
                         : nullptr),
         device_(bench.file(bridged ? "relayed.sock" : "device.sock"),
-                device_settings(kProcessDevice_n, !options.no_ramp)) {
+                device_settings(kProcessDevice_n)) {
     std::filesystem::remove(bench.file("crash.csv"));
     const ProcessFault& fault = *cell.fault;
     const bool pipe = fault.victim == ProcessVictim::kLogReader;
@@ -189,7 +188,7 @@ class ProcessPlay {
   void harm(ProcessVerdict& verdict);
   void watch(ProcessVerdict& verdict);
   [[nodiscard]] std::string said() const { return program_->said(); }
-  /// This thread came when the ramp out was over.
+  /// The fault would have come when the ramp out was over.
   [[nodiscard]] bool missed_ramp() const { return missed_ramp_; }
 
  private:

@@ -59,7 +59,6 @@ struct ProcessMatrixOptions {
   bool quick = false;    ///< the state armed in contact alone
   bool bridged = false;  ///< the device is behind a bridge in every case, not in those of it alone
   double stale_ms = 0;   ///< probe: the device's process passes commands on so much later
-  bool no_ramp = false;  ///< probe: the device states a rate of force that needs none
   std::function<bool(const ProcessCase&)> wanted;
   std::function<void(const ProcessVerdict&)> told;
 };
