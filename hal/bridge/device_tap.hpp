@@ -54,7 +54,8 @@ class DeviceTap {
                                           std::span<std::byte> room) noexcept = 0;
 };
 
-/// What `live` says and does, kept by `tap`; or, in a replay, what was kept instead.
+/// Calls `live`, and lets `tap` keep what it says and does; in a replay gives what was kept
+/// instead.
 /// @param room  receives; of a kCall all of it, else as many bytes as the result says.
 template <typename Live>
 [[nodiscard]] std::int64_t through(DeviceTap* tap, TapKind kind, std::span<const std::byte> sent,

@@ -65,12 +65,20 @@ std::vector<UsbIdentity> spacemouse_identities() {
   return all;
 }
 
+// Keys of every bridge (tools/bridges/record).
+constexpr DriverKey kRecord{
+    "record", Kind::kPath,
+    "a file: bridge and device, word by word, to be replayed; the one before is kept as FILE.1"};
+constexpr DriverKey kRecordMb{"record_mb", Kind::kNumber, "its largest size; 256 without it", 1,
+                              1024};
+
 constexpr std::array kSpacenavKeys = {
     DriverKey{"socket", Kind::kPath,
               "of spacenavd; else SPNAV_SOCKET, `socket =` of /etc/spnavrc, /var/run/spnav.sock"},
     DriverKey{"full_scale", Kind::kNumber,
               "what the daemon sends at full push; else 500 for absolute axes, 350 for relative", 1,
-              32768}};
+              32768},
+    kRecord, kRecordMb};
 
 /// Driver of a bridge: it is known before the device is there what may be driven at the most.
 template <std::uint32_t driven_dof>
@@ -95,13 +103,17 @@ constexpr std::array kHaplyKeys = {
     DriverKey{"max_force", Kind::kNumber, "in N, by the data sheet of the model; 2 without it", 0.1,
               10},
     DriverKey{"accept_other_forces", Kind::kFlag,
-              "go on while the service exerts forces of other programs"}};
+              "go on while the service exerts forces of other programs"},
+    kRecord,
+    kRecordMb};
 
 constexpr std::array kOpenHapticsKeys = {
     DriverKey{"library", Kind::kPath, "the vendor's library; absent: the usual names are tried"},
     DriverKey{"device", Kind::kText, "its name in the vendor's set-up; absent: the default one"},
     DriverKey{"rate", Kind::kNumber, "reports a second", 500, 1000},
-    DriverKey{"device_velocity", Kind::kFlag, "velocity by the library, not from poses"}};
+    DriverKey{"device_velocity", Kind::kFlag, "velocity by the library, not from poses"},
+    kRecord,
+    kRecordMb};
 
 constexpr std::array kForceDimensionKeys = {
     DriverKey{"library", Kind::kPath, "the vendor's library; absent: the usual names are tried"},
@@ -112,7 +124,9 @@ constexpr std::array kForceDimensionKeys = {
               "the gripper is a switch, 0x10000, below this angle [rad]", 0.01, 0.6},
     DriverKey{"device_velocity", Kind::kFlag, "velocity by the library, not from poses"},
     DriverKey{"no_gravity_compensation", Kind::kFlag,
-              "the library adds nothing that carries the handle's weight"}};
+              "the library adds nothing that carries the handle's weight"},
+    kRecord,
+    kRecordMb};
 // Keys of the bridges to arms (tools/bridges/arm/arm_settings.hpp).
 constexpr DriverKey kArmPort{"port", Kind::kPath, "the adapter, as /dev/serial/by-id/usb-..."};
 constexpr DriverKey kArmBaud{"baud", Kind::kNumber, "rate of the servos; 1000000 if absent", 9600,
@@ -155,11 +169,13 @@ constexpr std::array kDynamixelKeys = {
     DriverKey{"max_force_n", Kind::kNumber, "largest force; what every pose allows if absent", 0.01,
               100},
     DriverKey{"gravity_share", Kind::kNumber,
-              "share of the arm's weight that it carries; 1 if absent", 0, 1.2}};
+              "share of the arm's weight that it carries; 1 if absent", 0, 1.2},
+    kRecord,
+    kRecordMb};
 
-constexpr std::array kFeetechKeys = {kArmPort,  kArmBaud,   kArmIds,     kArmUrdf,
-                                     kArmBase,  kArmTip,    kArmOffsets, kArmSigns,
-                                     kArmTurns, kArmOrigin, kArmTrigger, kArmPull};
+constexpr std::array kFeetechKeys = {kArmPort,    kArmBaud,    kArmIds,   kArmUrdf,  kArmBase,
+                                     kArmTip,     kArmOffsets, kArmSigns, kArmTurns, kArmOrigin,
+                                     kArmTrigger, kArmPull,    kRecord,   kRecordMb};
 
 constexpr std::array kRows = {
     DriverRow{"reference",

@@ -4,8 +4,10 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <memory>
 #include <string>
@@ -15,10 +17,12 @@
 #include "hal/clock/servo_clock.hpp"
 #include "hal/drivers/reference_codec.hpp"
 #include "tests/support/program_run.hpp"
+#include "tests/support/random.hpp"
 #include "tools/bridges/record/bridge_recorder.hpp"
 #include "tools/bridges/record/recorded_device.hpp"
 #include "tools/bridges/record/recording.hpp"
 #include "tools/bridges/record/replay.hpp"
+#include "tools/common/error.hpp"
 
 namespace haptic::test {
 
@@ -74,6 +78,46 @@ struct RecordBench {
   std::string path;
   std::shared_ptr<tools::BridgeRecorder> recorder;
 };
+
+/// Replays `count` recordings of which one entry has another byte behind a right check sum: each
+/// ends with a result or a refusal.
+inline void check_mutations(const RecordBench& bench,
+                            const std::function<tools::ReplayResult(const std::string&)>& replay,
+                            int count) {
+  const std::vector<char> all = bench.bytes();
+  std::vector<std::pair<std::size_t, std::size_t>> entries;
+  {
+    tools::Recording recording(bench.path);
+    for (tools::RecordEntry e; recording.next(e);)
+      entries.emplace_back(e.at, 36 + e.sent.size() + e.received.size());
+  }
+  constexpr std::uint64_t kMutationSeed = 4242;
+  Random random(kMutationSeed);
+  const auto below = [&](std::size_t limit) {
+    const auto at = static_cast<std::size_t>(random.uniform(0, static_cast<double>(limit)));
+    return std::min(at, limit - 1);
+  };
+  int answers = 0;
+  for (int k = 0; k < count; ++k) {
+    std::vector<char> changed = all;
+    const auto [begin, size] = entries[below(entries.size())];
+    // Kind, time, result, bytes; now and then the sizes.
+    const std::size_t at = k % 8 == 0 ? below(size - 4) : 8 + below(size - 12);
+    changed[begin + at] = static_cast<char>(static_cast<int>(random.uniform(0, 255)));
+    const std::uint32_t sum =
+        hal::crc32({reinterpret_cast<const std::uint8_t*>(changed.data()) + begin, size - 4});
+    std::memcpy(changed.data() + begin + size - 4, &sum, sizeof sum);
+    bench.write(changed);
+    try {
+      const tools::ReplayResult result = replay(bench.path);
+      answers += !result.first.empty() || result.poses > 0 ? 1 : 0;
+    } catch (const tools::InputError& error) {
+      answers += std::string(error.what()).find(": byte ") != std::string::npos ? 1 : 0;
+    }
+  }
+  CHECK(answers == count);
+  bench.write(all);
+}
 
 /// @param least  poses that must be in it
 inline void check_same(const tools::ReplayResult& result, std::uint64_t least) {

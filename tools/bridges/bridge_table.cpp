@@ -37,12 +37,18 @@ ReplayResult replay_dhd(Recording& recording, hal::BridgedDevice&) {
 }  // namespace
 
 std::span<const BridgeRow> bridge_rows() noexcept {
-  static const std::vector<BridgeRow> kRows = {{"spacenav", make_spacenav},
-                                               {"haply", make_haply, replay_messages},
-                                               {"openhaptics", make_openhaptics, replay_frames},
-                                               {"forcedimension", make_forcedimension, replay_dhd},
-                                               {"dynamixel", make_dynamixel},
-                                               {"feetech", make_feetech}};
+  static const std::vector<BridgeRow> kRows = {
+      {"spacenav",
+       "the socket of spacenavd: SPNAV_SOCKET, `socket =` of /etc/spnavrc, /var/run/spnav.sock",
+       make_spacenav},
+      {"haply", "none; the service is reached by TCP", make_haply, replay_messages},
+      {"openhaptics",
+       "libHD.so.3.4, libHD.so.3 or libHD.so as the loader finds it; $GTDD_HOME/config/*.config",
+       make_openhaptics, replay_frames},
+      {"forcedimension", "libdhd.so.3, libdhd.so, libdrd.so.3 or libdrd.so as the loader finds it",
+       make_forcedimension, replay_dhd},
+      {"dynamixel", "/dev/serial/by-id/*; the arm's URDF", make_dynamixel},
+      {"feetech", "/dev/serial/by-id/*; the arm's URDF", make_feetech}};
   return kRows;
 }
 

@@ -14,7 +14,8 @@
 namespace haptic::tools {
 
 struct BridgeRow {
-  std::string_view name;  ///< as `[device] driver` has it
+  std::string_view name;   ///< as `[device] driver` has it
+  std::string_view files;  ///< and variables that it looks at, for the manual page
   /// Null, with `defect` filled, for values of keys that no device can be made of. Opens nothing.
   std::unique_ptr<hal::BridgedDevice> (*make)(const hal::DriverOptions& options,
                                               hal::DriverDefect& defect);

@@ -36,8 +36,7 @@ std::atomic<bool> g_stop{false};
 extern "C" void stop_bridge(int /*signal*/) { g_stop.store(true); }
 
 struct BridgeOptions {
-  std::string listen, record, replay;
-  double record_mb = 256;
+  std::string listen, replay;
   bool probe = false, json = false;
   int priority = 0, parent = 0;
   std::vector<std::string> texts;   ///< by key of the row
@@ -116,12 +115,31 @@ int replay(const BridgeRow& row, const BridgeOptions& o) {
   return result.poses > 0 && result.first.empty() ? kExitDone : kExitCheckFailed;
 }
 
+/// The device, and all that it says from now on into `file`.
+std::unique_ptr<hal::BridgedDevice> recorded(std::unique_ptr<hal::BridgedDevice> device,
+                                             const hal::DriverRow& row,
+                                             const hal::DriverOptions& options,
+                                             const std::string& file) {
+  RecorderSettings settings;
+  settings.path = file;
+  settings.say = say;
+  if (const double* const size = options.value<double>("record_mb"))
+    settings.most_bytes = static_cast<std::uint64_t>(*size * 1024 * 1024);
+  const auto recorder = std::make_shared<BridgeRecorder>(settings);
+  const std::string begin = begin_text(row, options);
+  recorder->note(hal::TapKind::kBegin, 0, {}, std::as_bytes(std::span<const char>(begin)));
+  return std::make_unique<RecordedDevice>(std::move(device), recorder);
+}
+
 int run(const BridgeRow& row, const BridgeOptions& o) {
   const int modes = (o.listen.empty() ? 0 : 1) + (o.replay.empty() ? 0 : 1) + (o.probe ? 1 : 0);
   if (modes != 1)
     throw UsageError("give either --listen PATH, to serve the device, or --probe, or --replay");
+  const hal::DriverRow& driver = *hal::find_driver(row.name);
+  const hal::DriverOptions options = driver_options(driver, o);
+  const auto* const record = options.value<std::string>("record");
   if (!o.replay.empty()) {
-    if (!o.record.empty())
+    if (record != nullptr)
       throw UsageError("--record keeps what a device says, and --replay has none; leave it out");
     return replay(row, o);
   }
@@ -129,18 +147,10 @@ int run(const BridgeRow& row, const BridgeOptions& o) {
   if (kept.error != 0)
     throw OsError("capabilities cannot be given up: " +
                   std::generic_category().message(kept.error));
-  const hal::DriverRow& driver = *hal::find_driver(row.name);
-  const hal::DriverOptions options = driver_options(driver, o);
   hal::DriverDefect defect;
   std::unique_ptr<hal::BridgedDevice> device = row.make(options, defect);
   if (device == nullptr) throw UsageError("--" + std::string(defect.key) + ": " + defect.text);
-  if (!o.record.empty()) {
-    const auto recorder = std::make_shared<BridgeRecorder>(RecorderSettings{
-        o.record, static_cast<std::uint64_t>(o.record_mb * 1024 * 1024), 4u << 20, say});
-    const std::string begin = begin_text(driver, options);
-    recorder->note(hal::TapKind::kBegin, 0, {}, std::as_bytes(std::span<const char>(begin)));
-    device = std::make_unique<RecordedDevice>(std::move(device), recorder);
-  }
+  if (record != nullptr) device = recorded(std::move(device), driver, options, *record);
   return o.probe ? probe(*device, std::string(row.name), o.json) : serve(*device, o);
 }
 
@@ -169,16 +179,13 @@ Command add_bridge(CLI::App& program, const BridgeRow& row) {
                   "serve the device at this socket, for address = unix:PATH");
   app->add_flag("--probe", o->probe, "open the device once, tell what it is, and end");
   app->add_flag("--json", o->json, "with --probe and --replay: as a line of JSON");
-  app->add_option("--record", o->record,
-                  "keep in this file what bridge and device say to each other, and the poses");
-  app->add_option("--record-mb", o->record_mb, "largest size of it; 256 without this")
-      ->check(number_within(1, 1024));
   app->add_option("--replay", o->replay,
                   "no device: make the poses of a recording again, and compare them to the bit");
   app->add_option("--parent", o->parent, "end, force off, when this process ends, which calls")
       ->check(CLI::Range(1, 1 << 22));
   app->add_option("--priority", o->priority, "SCHED_FIFO, 1 to 99; 0: ordinary")
       ->check(CLI::Range(0, 99));
+  app->footer("Files: " + std::string(row.files) + ".");
   for (std::size_t k = 0; k < keys; ++k) add_key(*app, driver.keys[k], k, *o);
   return {app, [&row, o] { return run(row, *o); },
           "device_bridge " + std::string(row.name) + " --probe"};

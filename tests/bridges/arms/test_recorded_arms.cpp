@@ -89,6 +89,25 @@ TEST_SUITE("bridges.recorded_arms") {
     CHECK(has(changed.first, "another pose than then"));
   }
 
+  TEST_CASE("a byte changed anywhere: the replay ends, with a result or a refusal") {
+    RecordBench bench("mutated_arms");
+    record_dynamixel(bench);
+    check_mutations(
+        bench,
+        [](const std::string& path) {
+          return replay_arm(path, tools::DynamixelDevice(arm_settings("recorded")));
+        },
+        60);
+    RecordBench other("mutated_feetech");
+    record_feetech(other);
+    check_mutations(
+        other,
+        [](const std::string& path) {
+          return replay_arm(path, tools::FeetechDevice(leader_settings("recorded", true)));
+        },
+        60);
+  }
+
   TEST_CASE("an arm without force, a damaged answer, the adapter pulled") {
     RecordBench bench("recorded_feetech");
     record_feetech(bench);

@@ -106,6 +106,12 @@ TEST_SUITE("bridges.recorded_messages") {
     CHECK(has(result.first, "the message before"));
   }
 
+  TEST_CASE("a byte changed anywhere: the replay ends, with a result or a refusal") {
+    RecordBench bench("mutated_haply");
+    record_session(bench, InverseKind::k35, "3.5.0.0");
+    check_mutations(bench, replay_file, 60);
+  }
+
   TEST_CASE("names of other programs are not in it") {
     RecordBench bench("private_haply");
     record_session(bench, InverseKind::k35, "3.5.0.0");

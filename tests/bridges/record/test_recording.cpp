@@ -201,14 +201,21 @@ TEST_SUITE("bridges.recording") {
     CHECK(has(read_all(bench.path).refusal, "has 1073741825 bytes, and a recording has 1 GiB"));
   }
 
-  TEST_CASE("recorder: replaces a recording, and no other file") {
+  TEST_CASE("recorder: keeps the recording before, and replaces no other file") {
     RecordBench bench("recording_replaced");
     write_some(bench);
-    write_some(bench);
-    CHECK(read_all(bench.path).entries.size() == 21);
-    bench.write({'m', 'i', 'n', 'e'});
+    bench.begin();
+    bench.recorder.reset();
+    CHECK(read_all(bench.path).entries.size() == 1);
+    CHECK(read_all(bench.path + ".1").entries.size() == 21);
+    const std::vector<char> mine = {'m', 'i', 'n', 'e'};
+    bench.write(mine);
     CHECK_THROWS_AS(bench.begin(), tools::UsageError);
-    CHECK(bench.bytes().size() == 4);
+    CHECK(bench.bytes() == mine);
+    std::filesystem::remove(bench.path);
+    write_some(bench);
+    std::ofstream(bench.path + ".1") << "mine";
+    CHECK_THROWS_AS(bench.begin(), tools::UsageError);
     bench.path = bench.folder.file("absent/session.rec");
     CHECK_THROWS_AS(bench.begin(), tools::OsError);
   }
@@ -284,7 +291,7 @@ TEST_SUITE("bridges.recording") {
     REQUIRE(setrlimit(RLIMIT_FSIZE, &before) == 0);
     REQUIRE(said.lines.size() == 2);
     CHECK(has(said.lines[1], "File too large"));
-    // What is in the file is whole.
+    // The entries in the file are whole.
     const Read read = read_all(bench.path);
     CHECK(read.refusal.empty());
   }

@@ -83,11 +83,47 @@ TEST_SUITE("bridges.recorded_spacenav") {
     CHECK(has(result.first, "another pose than then"));
   }
 
+  TEST_CASE("a byte changed anywhere: the replay ends, with a result or a refusal") {
+    RecordBench bench("mutated_spacenav");
+    record_session(bench, 1);
+    check_mutations(bench, replay_spacenav, 60);
+  }
+  TEST_CASE("[long] a byte changed anywhere, many times") {
+    RecordBench bench("mutated_spacenav_long");
+    record_session(bench, 1);
+    check_mutations(bench, replay_spacenav, 5000);
+  }
+
+  TEST_CASE("a disk that is full from the beginning: the poses are those without a recording") {
+    PoseRecord first;
+    for (const char* path : {"", "/dev/full"}) {
+      SpacenavBench bench;
+      tools::RecorderSettings settings;
+      settings.path = path;
+      if (*path != '\0') bench.bridge.set_tap(std::make_shared<tools::BridgeRecorder>(settings));
+      REQUIRE(bench.open() == "");
+      bench.daemon.report({100, -50, 30, 0, 20, 0});
+      std::int64_t now_ns = 1'000'000'000;
+      (void)bench.read(now_ns);
+      for (int k = 0; k < 2000 && bench.bridge.counts().events == 0; ++k) {
+        (void)hal::sleep_until(hal::monotonic_ns() + 1'000'000);
+        (void)bench.read(now_ns);
+      }
+      for (int k = 0; k < 100; ++k) {
+        if (k % 10 == 0) (void)hal::sleep_until(hal::monotonic_ns() + 1'000'000);
+        CHECK(bench.read(now_ns += 1'000'000) != hal::BridgeRead::kLost);
+      }
+      if (*path == '\0') first = bench.sample.pose_dh;
+      for (int k = 0; k < 3; ++k) CHECK(bench.sample.pose_dh.p_m[k] == first.p_m[k]);
+      CHECK(first.p_m[0] != 0);
+    }
+  }
+
   TEST_CASE("code that says something else to the daemon is found out") {
     RecordBench bench("other_spacenav");
     record_session(bench, 0);
     tools::Recording recording(bench.path);
-    // Asked for a socket's state where the recording has a message.
+    // Another first message than that of the recording.
     tools::ReplayTap tap(recording, std::array{TapKind::kSent});
     const std::byte word[4] = {};
     CHECK(tap.give(TapKind::kSent, word, {}) == -1);

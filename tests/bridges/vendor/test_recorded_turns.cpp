@@ -84,6 +84,15 @@ TEST_SUITE("bridges.recorded_turns") {
     }
   }
 
+  TEST_CASE("a byte changed anywhere: the replay ends, with a result or a refusal") {
+    for (const VendorKind& kind : kVendorKinds) {
+      RecordBench bench(std::string("mutated_") + kind.name);
+      record_session(bench, kind);
+      check_mutations(
+          bench, [&](const std::string& path) { return replay_row(kind, path); }, 60);
+    }
+  }
+
   TEST_CASE("turns of a library in an order that cannot be are told, and end") {
     RecordBench bench("turns_order");
     bench.begin();

@@ -4,13 +4,13 @@
 #include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
 #include <bit>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <system_error>
 #include <utility>
 
@@ -26,24 +26,37 @@ constexpr std::size_t kBlock_bytes = 256 * 1024;
 
 std::string text_of(int error) { return std::generic_category().message(error); }
 
-int open_file(const std::filesystem::path& path) {
-  const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NONBLOCK | O_NOCTTY, 0600);
-  if (fd < 0) throw OsError(path.string() + ": cannot be written: " + text_of(errno));
-  struct stat found {};
+/// A recording, or a file without content.
+bool may_be_replaced(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return true;
+  if (!std::filesystem::is_regular_file(path, error)) return false;
+  std::ifstream stream(path, std::ios::binary);
   std::array<char, kRecordingMagic.size()> magic{};
-  const bool is_file = fstat(fd, &found) == 0 && S_ISREG(found.st_mode);
-  if (is_file && found.st_size > 0 &&
-      (pread(fd, magic.data(), magic.size(), 0) != static_cast<ssize_t>(magic.size()) ||
-       std::string_view(magic.data(), magic.size()) != kRecordingMagic)) {
-    ::close(fd);
-    throw UsageError(path.string() +
-                     ": --record would overwrite a file that is no recording; give another name");
+  stream.read(magic.data(), magic.size());
+  const std::string_view found(magic.data(), static_cast<std::size_t>(stream.gcount()));
+  return found.empty() || found == kRecordingMagic;
+}
+
+/// A bridge that has ended is started again, and its recording is the one that is wanted most.
+void keep_the_one_before(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return;
+  std::filesystem::path kept = path;
+  kept += ".1";
+  for (const auto& each : {path, kept}) {
+    if (!may_be_replaced(each))
+      throw UsageError(each.string() +
+                       ": --record would overwrite a file that is no recording; give another name");
   }
-  if (is_file && ftruncate(fd, 0) != 0) {
-    const int error = errno;
-    ::close(fd);
-    throw OsError(path.string() + ": cannot be written: " + text_of(error));
-  }
+  std::filesystem::rename(path, kept, error);
+  if (error) throw OsError(path.string() + ": cannot be kept as FILE.1: " + error.message());
+}
+
+int open_file(const std::filesystem::path& path) {
+  keep_the_one_before(path);
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK | O_NOCTTY, 0600);
+  if (fd < 0) throw OsError(path.string() + ": cannot be written: " + text_of(errno));
   return fd;
 }
 

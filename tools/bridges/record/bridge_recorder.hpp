@@ -28,8 +28,8 @@ struct RecorderSettings {
 /// goes on. `note` may be called by any thread; it costs a copy.
 class BridgeRecorder final : public hal::DeviceTap {
  public:
-  /// Makes the file, for its user alone, or replaces a recording.
-  /// @throws UsageError  the file is there, and is none.
+  /// Makes the file, for its user alone. A recording that is there is kept as FILE.1.
+  /// @throws UsageError  one of the two is there, and is none.
   /// @throws OsError     it cannot be made.
   explicit BridgeRecorder(RecorderSettings settings);
   /// Brings all that was noted to the file.

@@ -15,7 +15,8 @@ using Kind = hal::DriverKey::Kind;
 constexpr const char* kNoPort = "recorded";
 
 bool is_private(const hal::DriverKey& key) {
-  return key.name == "service" || key.name == "socket" || key.name == "library";
+  return key.name == "service" || key.name == "socket" || key.name == "library" ||
+         key.name == "record" || key.name == "record_mb";
 }
 
 std::string kept_text(const hal::DriverKey& key, const std::string& text) {

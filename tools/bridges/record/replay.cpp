@@ -18,6 +18,13 @@ constexpr std::array kCallKinds = {TapKind::kOpen,    TapKind::kOpened, TapKind:
                                    TapKind::kReady,   TapKind::kClose,  TapKind::kRelease,
                                    TapKind::kConnect, TapKind::kSent,   TapKind::kReceived};
 
+/// Entries whose result is a time.
+constexpr std::array kTimeKinds = {TapKind::kClock, TapKind::kRead, TapKind::kWrite,
+                                   TapKind::kRelease};
+constexpr std::int64_t kLatest_ns = std::int64_t{1} << 61;
+/// By which time goes on at each look once a replay is over.
+constexpr std::int64_t kStep_ns = 1'000'000;
+
 std::string number_of(TapKind kind) {
   return "entry of kind " + std::to_string(static_cast<int>(kind));
 }
@@ -35,6 +42,12 @@ bool ReplayTap::fetch() noexcept {
   if (!result_.first.empty() || !defect_.empty()) return false;
   try {
     while (recording_.next(entry_)) {
+      const bool is_time = std::ranges::find(kTimeKinds, entry_.kind) != kTimeKinds.end();
+      if (is_time && (entry_.result < 0 || entry_.result > kLatest_ns)) {
+        diverge("a time of " + std::to_string(entry_.result) + " ns cannot be");
+        return false;
+      }
+      if (is_time) clock_ns_ = std::max(clock_ns_, entry_.result);
       if (entry_.kind == TapKind::kEnd) {
         result_.has_end = true;
         result_.end = static_cast<RecordingEnd>(entry_.result);
@@ -55,19 +68,26 @@ const RecordEntry* ReplayTap::next() {
 
 std::int64_t ReplayTap::give(TapKind kind, std::span<const std::byte> sent,
                              std::span<std::byte> room) noexcept {
-  if (!fetch()) return -1;
+  // A replay that is over says no bytes any more, and its time goes on, so that each wait ends.
+  const bool is_there = fetch();
+  const std::int64_t over = kind == TapKind::kClock ? clock_ns_ + kStep_ns : -1;
+  if (!is_there) {
+    if (kind == TapKind::kClock) clock_ns_ += kStep_ns;
+    return over;
+  }
   if (entry_.kind != kind) {
     diverge("the bridge goes another way here: " + number_of(kind) + " instead of " +
             std::to_string(static_cast<int>(entry_.kind)));
-    return -1;
+    return over;
   }
   if (!std::ranges::equal(sent, entry_.sent)) {
     diverge("the bridge says something else to the device here");
-    return -1;
+    return over;
   }
   if (entry_.received.size() > room.size() ||
       (kind == TapKind::kCall && entry_.received.size() != room.size()) ||
-      (kind == TapKind::kReceived && entry_.result > static_cast<std::int64_t>(room.size()))) {
+      (kind == TapKind::kReceived && std::max<std::int64_t>(entry_.result, 0) !=
+                                         static_cast<std::int64_t>(entry_.received.size()))) {
     diverge("the bridge takes less here than the device has said");
     return -1;
   }

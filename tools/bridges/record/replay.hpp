@@ -55,6 +55,7 @@ class ReplayTap final : public hal::DeviceTap {
   Recording& recording_;
   std::vector<hal::TapKind> kinds_;
   RecordEntry entry_;
+  std::int64_t clock_ns_ = 0;  ///< the latest time of the recording so far
   ReplayResult result_;
   std::string defect_;  ///< of the file, to be thrown where that may be done
 };

@@ -33,7 +33,7 @@ class SerialPort {
   /// a rate that the adapter cannot make.
   [[nodiscard]] bool open(const std::string& path, std::uint32_t baud, std::string& why,
                           const SerialSystem& system = {});
-  /// What passes here, and the time by `now_ns`, goes through it; before `open`.
+  /// All that passes here, and the time by `now_ns`, goes through it; before `open`.
   void set_tap(std::shared_ptr<hal::DeviceTap> tap) noexcept { tap_ = std::move(tap); }
   void close() noexcept;
   [[nodiscard]] bool is_open() const noexcept { return fd_ >= 0; }

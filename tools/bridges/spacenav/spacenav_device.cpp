@@ -36,7 +36,7 @@ std::string identity(std::uint16_t vendor_id, std::uint16_t product_id) {
   return text;
 }
 
-/// Of a system call.
+/// The result of a system call, or its negative errno.
 std::int64_t or_error(std::int64_t result) { return result < 0 ? -errno : result; }
 
 bool is_axis(std::int32_t value) { return value >= -kSpnavMostAxis && value <= kSpnavMostAxis; }

@@ -33,14 +33,17 @@ bool VendorLibrary::load(const std::string& path, std::span<const std::string_vi
             "; check the key library, and by ldd that all that it needs is there";
     return handle_ != nullptr;
   }
-  std::string tried;
+  std::string tried, other;
   for (const std::string_view name : names) {
     file_ = name;
     handle_ = dlopen(file_.c_str(), kHow);
     if (handle_ != nullptr) return true;
-    tried += (tried.empty() ? "" : "; ") + loader_reason();
+    tried += (tried.empty() ? "" : ", ") + file_;
+    // A library that is there, and lacks one of its own, is named by the loader's reason.
+    const std::string reason = loader_reason();
+    if (!reason.starts_with(file_ + ": cannot open shared object file")) other += "; " + reason;
   }
-  why = "the vendor's library is not there (" + tried +
+  why = "the vendor's library is not there (none of " + tried + " can be loaded" + other +
         "): install it, or name the file by the key library";
   return false;
 }
