@@ -129,7 +129,19 @@ std::vector<DoctorLine> examine(const SystemTree& tree, SystemProbes& probes,
                                       check_usb_interrupts,
                                       check_usb_interrupt_threads,
                                       check_controller_power,
-                                      check_pcie_power};
+                                      check_pcie_power,
+                                      check_usb_rights,
+                                      check_spacenavd,
+                                      check_hidraw,
+                                      check_haply,
+                                      check_openhaptics,
+                                      check_touch_port,
+                                      check_touch_pairing,
+                                      check_force_dimension,
+                                      check_force_dimension_rights,
+                                      check_servo_ports,
+                                      check_servo_latency,
+                                      check_modem_manager};
   std::vector<DoctorLine> lines;
   for (const Check check : kChecks) lines.push_back(check(e));
   append(lines, check_device(e));

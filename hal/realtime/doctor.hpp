@@ -40,7 +40,8 @@ struct DoctorQuestions {
   std::uint16_t vendor_id = 0, product_id = 0;  ///< 0: no device named
   std::string serial;                           ///< empty: any
   std::string
-      bus_path;  ///< its place, as in /sys/bus/usb/devices; empty: any, at no identity: none
+      bus_path;        ///< its place, as in /sys/bus/usb/devices; empty: any, at no identity: none
+  std::string bridge;  ///< name of the driver whose device must be there by its bridge; empty: none
   std::int64_t period_ns = 1'000'000;
   std::vector<int> cpus;
   int servo_priority = 80, usb_priority = 79;  ///< SCHED_FIFO

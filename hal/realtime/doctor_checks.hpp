@@ -75,6 +75,20 @@ struct Examination {
 [[nodiscard]] DoctorLine check_debug_kernel(const Examination& e);
 [[nodiscard]] DoctorLine check_partition(const Examination& e);
 
+// doctor_checks_bridges.cpp: devices behind a daemon, a service, a library or a serial port.
+[[nodiscard]] DoctorLine check_usb_rights(const Examination& e);
+[[nodiscard]] DoctorLine check_spacenavd(const Examination& e);
+[[nodiscard]] DoctorLine check_hidraw(const Examination& e);
+[[nodiscard]] DoctorLine check_haply(const Examination& e);
+[[nodiscard]] DoctorLine check_openhaptics(const Examination& e);
+[[nodiscard]] DoctorLine check_touch_port(const Examination& e);
+[[nodiscard]] DoctorLine check_touch_pairing(const Examination& e);
+[[nodiscard]] DoctorLine check_force_dimension(const Examination& e);
+[[nodiscard]] DoctorLine check_force_dimension_rights(const Examination& e);
+[[nodiscard]] DoctorLine check_servo_ports(const Examination& e);
+[[nodiscard]] DoctorLine check_servo_latency(const Examination& e);
+[[nodiscard]] DoctorLine check_modem_manager(const Examination& e);
+
 // doctor_checks_power.cpp: what saves power and costs time.
 [[nodiscard]] DoctorLine check_energy_preference(const Examination& e);
 [[nodiscard]] DoctorLine check_least_speed(const Examination& e);

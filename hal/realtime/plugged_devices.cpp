@@ -28,7 +28,9 @@ std::vector<PluggedDevice> plugged_devices(const SystemTree& tree) {
     const auto product = identity(tree, folder + "/idProduct");
     if (!vendor || !product) continue;
     found.push_back({*vendor, *product, tree.text(folder + "/serial").value_or(""),
-                     tree.text(folder + "/product").value_or(""), name});
+                     tree.text(folder + "/product").value_or(""), name,
+                     static_cast<int>(tree.number(folder + "/busnum").value_or(0)),
+                     static_cast<int>(tree.number(folder + "/devnum").value_or(0))});
   }
   return found;
 }

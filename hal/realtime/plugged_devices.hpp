@@ -14,6 +14,7 @@ struct PluggedDevice {
   std::uint16_t vendor_id = 0, product_id = 0;
   std::string serial, product;  ///< empty where the device has none
   std::string bus_path;         ///< "1-2.3"
+  int bus = 0, number = 0;      ///< of its node /dev/bus/usb/BUS/NUMBER
 };
 
 /// By bus path; interfaces and hubs' roots are no devices.

@@ -12,6 +12,7 @@
 #include <sstream>
 #include <thread>
 
+#include "hal/drivers/spacenav_socket.hpp"
 #include "hal/realtime/doctor_checks.hpp"
 #include "hal/usb/usb_context.hpp"
 
@@ -46,6 +47,17 @@ int LinuxProbes::try_idle_hold() { return IdleStateHold().hold(); }
 
 int LinuxProbes::try_node(const std::string& path) {
   return access(path.c_str(), R_OK | W_OK) == 0 ? 0 : errno;
+}
+
+int LinuxProbes::try_socket(const std::string& path) {
+  const int fd = connect_spacenav(path);
+  if (fd >= 0) close(fd);
+  return fd >= 0 ? 0 : -fd;
+}
+
+std::string LinuxProbes::variable(const std::string& name) {
+  const char* const value = std::getenv(name.c_str());
+  return value != nullptr ? value : "";
 }
 
 UsbLibrary LinuxProbes::try_usb_library() {

@@ -30,5 +30,6 @@ struct DoctorCase {
 [[nodiscard]] std::span<const DoctorCase> power_cases();
 [[nodiscard]] std::span<const DoctorCase> usb_cases();
 [[nodiscard]] std::span<const DoctorCase> measured_cases();
+[[nodiscard]] std::span<const DoctorCase> bridge_cases();
 
 }  // namespace haptic::test

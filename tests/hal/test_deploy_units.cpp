@@ -109,6 +109,25 @@ TEST_SUITE("hal.deploy_units") {
     }
   }
 
+  TEST_CASE("60-haptic.rules: udevadm takes every line, and not a spoiled one") {
+    if (answer_of("udevadm verify --help").exit_code != 0) {
+      MESSAGE("skipped: no udevadm verify, which is of systemd 254 or newer");
+      return;
+    }
+    const ScratchFolder folder("deploy_rules");
+    const std::string path = folder.file("60-haptic.rules");
+    const std::string text(deploy_text("60-haptic.rules"));
+    const auto verdict = [&](const std::string& rules) {
+      write_text(path, rules);
+      return answer_of("udevadm verify --resolve-names=never " + path);
+    };
+    const Answer whole = verdict(text);
+    CAPTURE(whole.text);
+    CHECK(whole.exit_code == 0);
+    CHECK(verdict(text + "SUBSYSTEM==\"tty\", ATTR{idVendor=\"0403\"\n").exit_code != 0);
+    CHECK(verdict(text + "SUBSYSTEM==\"tty\", MODES=\"0660\"\n").exit_code != 0);
+  }
+
   TEST_CASE("units: every key is known to systemd") {
     if (!has_tool("systemd-analyze")) return;
     const ScratchFolder folder("deploy_verify");

@@ -45,7 +45,7 @@ TEST_SUITE("hal.doctor") {
     FakeMachine machine;
     machine.questions.period_ns = 250'000;
     const std::vector<DoctorLine> lines = machine.examine();
-    CHECK(lines.size() == 49);
+    CHECK(lines.size() == 61);
     std::set<std::string> names;
     for (const DoctorLine& line : lines) {
       CAPTURE(line.name);
@@ -80,6 +80,9 @@ TEST_SUITE("hal.doctor") {
   TEST_CASE("USB: each defect is seen, with its fix") {
     for (const DoctorCase& c : haptic::test::usb_cases()) check_case(c);
   }
+  TEST_CASE("bridges: each defect is seen, with its fix") {
+    for (const DoctorCase& c : haptic::test::bridge_cases()) check_case(c);
+  }
   TEST_CASE("measured: each defect is seen, with its fix") {
     for (const DoctorCase& c : haptic::test::measured_cases()) check_case(c);
   }
@@ -97,6 +100,7 @@ TEST_SUITE("hal.doctor") {
     note(haptic::test::power_cases());
     note(haptic::test::usb_cases());
     note(haptic::test::measured_cases());
+    note(haptic::test::bridge_cases());
     FakeMachine machine;
     for (const DoctorLine& line : machine.examine()) {
       CAPTURE(line.name);

@@ -2,11 +2,14 @@
 #include <doctest/doctest.h>
 
 #include <bit>
+#include <cstdio>
+#include <map>
 #include <set>
 #include <string>
 
 #include "hal/drivers/driver_registry.hpp"
 #include "hal/drivers/falcon_driver.hpp"
+#include "hal/drivers/serial_adapters.hpp"
 #include "hal/realtime/deploy_text.hpp"
 #include "hal/usb/usb_text.hpp"
 #include "tests/support/program_run.hpp"
@@ -35,6 +38,45 @@ std::string rules_of(const DriverRow& row) {
     text += "ACTION==\"add\", " +
             matching_rule(id, ", TEST==\"power/control\", ATTR{power/control}=\"on\"\n");
   }
+  return text + "\n";
+}
+
+std::string hex4(std::uint16_t number) {
+  char text[8];
+  (void)std::snprintf(text, sizeof text, "%04x", number);
+  return text;
+}
+
+/// Lines that give a page in a browser the devices of a driver: one a vendor.
+std::string hidraw_rules_of(const DriverRow& row) {
+  std::map<std::uint16_t, std::string> products;
+  for (const UsbIdentity& id : identities_of(row)) {
+    std::string& list = products[id.vendor_id];
+    list += (list.empty() ? "" : "|") + hex4(id.product_id);
+  }
+  std::string text;
+  for (const auto& [vendor, list] : products)
+    text += "SUBSYSTEM==\"hidraw\", ATTRS{idVendor}==\"" + hex4(vendor) +
+            "\", ATTRS{idProduct}==\"" + list + "\", MODE=\"0660\", TAG+=\"uaccess\"\n";
+  return text;
+}
+
+/// The lines of an adapter: its port, ModemManager, the time that it holds bytes back.
+std::string rules_of(const SerialAdapter& adapter) {
+  const auto match = [&](const char* key) {
+    return std::string(key) + "{idVendor}==\"" + hex4(adapter.vendor_id) + "\", " + key +
+           "{idProduct}==\"" + hex4(adapter.product_id) + "\", ";
+  };
+  std::string text = "\n# Serial port: " + std::string(adapter.name) +
+                     ". Its group stays dialout; ModemManager leaves it alone.\n"
+                     "SUBSYSTEM==\"tty\", " +
+                     match("ATTRS") +
+                     "MODE=\"0660\", TAG+=\"uaccess\"\n"
+                     "SUBSYSTEM==\"usb\", ENV{DEVTYPE}==\"usb_device\", " +
+                     match("ATTR") + "ENV{ID_MM_DEVICE_IGNORE}=\"1\"\n";
+  if (adapter.has_latency_timer)
+    text += "ACTION==\"add\", SUBSYSTEM==\"usb-serial\", DRIVERS==\"ftdi_sio\", " + match("ATTRS") +
+            "ATTR{latency_timer}=\"1\"\n";
   return text + "\n";
 }
 
@@ -86,7 +128,30 @@ TEST_SUITE("hal.driver_registry") {
       CHECK(has(rules, rules_of(row)));
       identities += identities_of(row).size();
     }
-    CHECK(times(rules, "uaccess\"\n") == identities);
+    // Those of WebHID, of Force Dimension and of the serial ports are checked below.
+    CHECK(times(rules, "uaccess\"\n") == identities + 3 + serial_adapters().size());
+  }
+
+  TEST_CASE("60-haptic.rules: what bridges and a page in a browser open") {
+    const std::string rules(deploy_text("60-haptic.rules"));
+    CAPTURE(hidraw_rules_of(*find_driver("spacemouse")));
+    CHECK(has(rules, hidraw_rules_of(*find_driver("spacemouse"))));
+    CHECK(times(rules, "\"hidraw\"") == 2);
+    const std::string vendor = "ATTR{idVendor}==\"" + hex4(kForceDimensionVendor) + "\", ";
+    CHECK(has(rules, "SUBSYSTEM==\"usb\", " + vendor + "MODE=\"0660\", TAG+=\"uaccess\"\n"));
+    CHECK(has(rules, "SUBSYSTEM==\"usb\", " + vendor + "GROUP=\"realtime\"\n"));
+    CHECK(has(rules, vendor + "TEST==\"power/control\", ATTR{power/control}=\"on\"\n"));
+    for (const SerialAdapter& adapter : serial_adapters()) {
+      // In hal/realtime/deploy/60-haptic.rules these lines are missing:
+      CAPTURE(rules_of(adapter));
+      CHECK(has(rules, rules_of(adapter)));
+      CHECK(find_serial_adapter(adapter.vendor_id, adapter.product_id) == &adapter);
+      const DriverRow* const row = find_driver(adapter.bridge);
+      REQUIRE(row != nullptr);
+      CHECK(row->is_bridged);
+    }
+    CHECK(times(rules, "ID_MM_DEVICE_IGNORE") == serial_adapters().size());
+    CHECK(find_serial_adapter(0x1209, 0x0001) == nullptr);
   }
 
   TEST_CASE("README.md: a row for every driver, and no more") {

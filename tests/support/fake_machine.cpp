@@ -106,6 +106,34 @@ FakeMachine::FakeMachine() : folder_("fake_machine") {
   write(usb + "1-2/1-2:1.0/ep_81/direction", "in\n");
   write(usb + "1-2/1-2:1.0/ep_81/bInterval", "01\n");
   write(usb + "1-2/1-2:1.0/ep_81/interval", "125us\n");
+  plug_bridged();
+}
+
+/// A device of each bridge, all of them as they should be.
+void FakeMachine::plug_bridged() {
+  const std::string usb = "/sys/bus/usb/devices/";
+  const auto plug = [&](const std::string& place, const char* vendor, const char* product) {
+    write(usb + place + "/idVendor", std::string(vendor) + "\n");
+    write(usb + place + "/idProduct", std::string(product) + "\n");
+    write(usb + place + "/busnum", "1\n");
+    write(usb + place + "/devnum", std::to_string(place.back() - '0' + 2) + "\n");
+  };
+  plug("1-3", "256f", "c635");
+  write(usb + "1-3/1-3:1.0/0003:256F:C635.0001/hidraw/hidraw0/dev", "244:0\n");
+  plug("1-4", "1451", "0402");
+  plug("1-5", "0301", "2988");
+  write(usb + "1-5/1-5:1.0/tty/ttyACM0/dev", "166:0\n");
+  plug("1-6", "0403", "6014");
+  write(usb + "1-6/1-6:1.0/ttyUSB0/port_number", "0\n");
+  write("/sys/bus/usb-serial/devices/ttyUSB0/latency_timer", "1\n");
+  write("/dev/serial/by-id/usb-FTDI_Serial_FT1-if00-port0", "");
+  write("/home/anna/.3dsystems/config/Default Device.config", "");
+  write("/proc/55/comm", "spacenavd\n");
+  probes.sockets["/run/spnav.sock"] = 0;
+  probes.variables["GTDD_HOME"] = "/home/anna/.3dsystems";
+  probes.bridges["haply"] = {true, true, "Inverse3, serial 049D, service 3.5.0.0", "", ""};
+  probes.bridges["openhaptics"] = {true, true, "Touch, serial 1, HDAPI 3.4.0", "", ""};
+  probes.bridges["forcedimension"] = {true, true, "omega.6, serial 2, SDK 3.17.6", "", ""};
 }
 
 void FakeMachine::write(const std::string& path, const std::string& text) const {

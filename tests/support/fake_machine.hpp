@@ -3,7 +3,10 @@
 /// A machine made of files, as the doctor sees one: healthy at first, then changed by a test.
 
 #include <array>
+#include <cerrno>
 #include <filesystem>
+#include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,7 +31,15 @@ class FakeProbes final : public hal::SystemProbes {
   int try_cpu(int /*cpu*/) override { return cpu_error; }
   int try_memory_lock() override { return memory_error; }
   int try_idle_hold() override { return idle_error; }
-  int try_node(const std::string& path) override { return last_node = path, node_error; }
+  int try_node(const std::string& path) override {
+    last_node = path;
+    return refused_nodes.count(path) != 0 ? EACCES : node_error;
+  }
+  int try_socket(const std::string& path) override {
+    return sockets.count(path) == 0 ? ENOENT : sockets[path];
+  }
+  hal::BridgeReply try_bridge(const std::string& name) override { return bridges[name]; }
+  std::string variable(const std::string& name) override { return variables[name]; }
   hal::UsbLibrary try_usb_library() override { return library; }
   void measure(const hal::WakeupQuestion& question, hal::WakeupMeasurement& m) override {
     last_question = question;
@@ -40,6 +51,10 @@ class FakeProbes final : public hal::SystemProbes {
     ran = command;
     return said;
   }
+  std::set<std::string> refused_nodes;
+  std::map<std::string, int> sockets;
+  std::map<std::string, hal::BridgeReply> bridges;
+  std::map<std::string, std::string> variables;
   std::string program = "rtla", said;
   std::vector<std::string> ran;
 };
@@ -59,6 +74,8 @@ class FakeMachine {
   hal::DoctorQuestions questions;
 
  private:
+  void plug_bridged();
+
   sim::test::ScratchFolder folder_;
 };
 

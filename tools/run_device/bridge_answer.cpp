@@ -27,6 +27,7 @@ BridgeAnswer read_bridge_answer(std::string_view line) {
   answer.serial = text_at(json, "serial");
   if (const auto us = json.find("latency_us"); us != json.end() && us->is_number())
     answer.latency_ms = 1e-3 * us->get<double>();
+  answer.needs = text_at(json, "needs");
   answer.why = text_at(json, "why");
   const auto found = json.find("found");
   const bool says_so = found != json.end() && found->is_boolean() && found->get<bool>();

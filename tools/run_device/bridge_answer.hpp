@@ -16,6 +16,7 @@ inline constexpr std::size_t kMostBridgeAnswer = 64 * 1024;
 struct BridgeAnswer {
   bool found = false;
   std::string name, words;      ///< of a device that was found
+  std::string needs;            ///< of these: what its owner has to do before it can be used
   std::string product, serial;  ///< as it states them itself
   double latency_ms = 0;
   std::string why;  ///< else, and never empty then

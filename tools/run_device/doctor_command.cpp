@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// run_device doctor [--json] [--strict] [--device VID:PID[:SERIAL]] [--rate HZ] [--cpu N,M]
+// run_device doctor [--json] [--strict] [--device VID:PID[:SERIAL]|DRIVER] [--rate HZ] [--cpu N,M]
 //                   [--no-measure] [--seconds S] [--limit-us US] [--culprit] [--histogram FILE]
 //                   [--print NAME]
 
@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/drivers/driver_registry.hpp"
 #include "hal/realtime/deploy_text.hpp"
 #include "hal/realtime/doctor.hpp"
 #include "hal/usb/usb_link.hpp"
@@ -21,6 +22,7 @@
 #include "tools/common/error.hpp"
 #include "tools/common/file_roles.hpp"
 #include "tools/common/files.hpp"
+#include "tools/run_device/bridge_spawn.hpp"
 #include "tools/run_device/commands.hpp"
 
 namespace haptic::tools {
@@ -145,6 +147,19 @@ nlohmann::json doctor_json(const std::vector<DoctorLine>& lines, bool strict,
           {"wakeups", std::move(wakeups)}};
 }
 
+/// The machine, with what its bridges say.
+class BridgeProbes final : public hal::LinuxProbes {
+ public:
+  [[nodiscard]] hal::BridgeReply try_bridge(const std::string& name) override {
+    try {
+      const BridgeAnswer answer = probe_bridge(bridge_program(), name);
+      return {true, answer.found, answer.name, answer.needs, answer.why};
+    } catch (const OsError& error) {
+      return {true, false, "", "", error.what()};
+    }
+  }
+};
+
 struct Options {
   bool json = false, strict = false, no_measure = false, culprit = false;
   std::string device, print, histogram;
@@ -156,10 +171,18 @@ std::int64_t nanoseconds(double value, double scale) { return std::llround(value
 
 void write(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stdout); }
 
+/// A driver whose device a bridge reaches.
+bool is_bridge(const std::string& name) {
+  const hal::DriverRow* const row = hal::find_driver(name);
+  return row != nullptr && row->is_bridged;
+}
+
 hal::DoctorQuestions questions_of(const Options& o) {
   hal::DoctorQuestions q;
   hal::UsbAddress address;
-  if (!o.device.empty() && hal::parse_usb_address(o.device, address)) {
+  if (is_bridge(o.device)) {
+    q.bridge = o.device;
+  } else if (!o.device.empty() && hal::parse_usb_address(o.device, address)) {
     q.vendor_id = address.vendor_id;
     q.product_id = address.product_id;
     q.serial = address.serial;
@@ -180,7 +203,7 @@ int examine_machine(const Options& o) {
     return kExitDone;
   }
   claim_output(o.histogram, "--histogram", text_kind("# Histogram"));
-  hal::LinuxProbes probes;
+  BridgeProbes probes;
   const auto measurement = std::make_unique<hal::WakeupMeasurement>();
   const hal::DoctorQuestions questions = questions_of(o);
   const std::vector<hal::DoctorLine> lines =
@@ -202,11 +225,13 @@ int examine_machine(const Options& o) {
 
 std::string check_device(const std::string& text) {
   hal::UsbAddress ignored;
-  return hal::parse_usb_address(text, ignored)
+  return is_bridge(text) || hal::parse_usb_address(text, ignored)
              ? ""
              : text +
                    " is not VID:PID or VID:PID:SERIAL (hexadecimal, as lsusb shows it), nor a "
-                   "place on the bus (1-2.3), nor both, joined by @";
+                   "place on the bus (1-2.3), nor both, joined by @, nor the driver of a bridge, "
+                   "as "
+                   "haply";
 }
 
 }  // namespace
@@ -221,8 +246,9 @@ Command add_doctor_command(CLI::App& program) {
   app->add_flag("--strict", o->strict,
                 "some warnings refuse too: no PREEMPT_RT, limited memory lock, page faults, late "
                 "wake-ups");
-  app->add_option("--device", o->device, "VID:PID[:SERIAL] of the device to look for")
-      ->check(CLI::Validator(check_device, "VID:PID[:SERIAL]"));
+  app->add_option("--device", o->device,
+                  "VID:PID[:SERIAL] of the device to look for, or the driver of a bridge, as haply")
+      ->check(CLI::Validator(check_device, "VID:PID[:SERIAL]|DRIVER"));
   app->add_option("--rate", o->rate_hz, "of the loop [Hz]; default 1000")
       ->check(number_within(1.0, 20000.0));
   app->add_option("--cpu", o->cpus, "cores of the servo thread and of the USB thread")

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // run_device list [--json]
+#include <unistd.h>
+
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hal/drivers/driver_registry.hpp"
+#include "hal/drivers/serial_adapters.hpp"
 #include "hal/realtime/plugged_devices.hpp"
 #include "tools/common/error.hpp"
 #include "tools/common/formatted.hpp"
@@ -29,9 +34,20 @@ struct Listed {
   std::string name;     ///< for people
   std::string address;  ///< for [device]; empty: none is needed
   std::string words;
-  std::string product, serial;  ///< as it states them; empty: it does not
-  double latency_ms = 0;        ///< its own; 0: none, or it has not been asked
+  std::string more;                 ///< further lines of [device]
+  std::string product{}, serial{};  ///< as it states them; empty: it does not
+  double latency_ms = 0;            ///< its own; 0: none, or it has not been asked
 };
+
+/// A servo bus: it is reached by the port that its configuration names, and by no other.
+bool needs_port(const hal::DriverRow& row) {
+  return std::ranges::any_of(row.keys,
+                             [](const hal::DriverKey& key) { return key.name == "port"; });
+}
+
+std::string node_of(const hal::PluggedDevice& d) {
+  return formatted("/dev/bus/usb/%03d/%03d", d.bus, d.number);
+}
 
 std::string address_of(const hal::PluggedDevice& d) {
   std::string text = formatted("%04x:%04x", d.vendor_id, d.product_id);
@@ -42,17 +58,30 @@ std::string address_of(const hal::PluggedDevice& d) {
 std::string toml_of(const Listed& listed) {
   std::string text = "[device]\ndriver = \"" + std::string(listed.row->name) + "\"\n";
   if (!listed.address.empty()) text += "address = \"" + listed.address + "\"\n";
-  return text;
+  return text + listed.more;
 }
 
-std::vector<Listed> on_usb(const std::vector<hal::PluggedDevice>& plugged) {
+/// Reasons for which a device that is plugged in cannot be opened now; empty: none is known.
+std::string hindrance(const hal::DriverRow& row, const std::string& node) {
+  const auto holder = hal::standard_driver(row)->profile().holder;
+  if (holder != nullptr && !holder().empty())
+    return "spacenavd holds it: take the lines of driver spacenav";
+  return access(node.c_str(), R_OK | W_OK) == 0
+             ? ""
+             : "this user may not open " + node + ": run_device doctor says what to do";
+}
+
+std::vector<Listed> on_usb(const std::vector<hal::PluggedDevice>& plugged,
+                           const ListOptions& options) {
   std::vector<Listed> found;
   for (const hal::PluggedDevice& device : plugged) {
     for (const hal::DriverRow& row : hal::driver_rows()) {
       for (const hal::UsbIdentity& id : hal::identities_of(row)) {
         if (id.vendor_id != device.vendor_id || id.product_id != device.product_id) continue;
         const std::string name = device.product.empty() ? std::string(row.product) : device.product;
-        found.push_back({&row, name + " at " + device.bus_path, address_of(device), "",
+        // Another root stands for another machine, whose nodes are not here.
+        const std::string words = options.root == "/" ? hindrance(row, node_of(device)) : "";
+        found.push_back({&row, name + " at " + device.bus_path, address_of(device), words, "",
                          device.product, device.serial, 0});
       }
     }
@@ -65,14 +94,45 @@ struct Absent {
   std::string bridge, why;
 };
 
+/// Path of an adapter that stays the same: the first of its links that has its serial number, else
+/// one that is to be filled in.
+std::string port_of(const hal::SystemTree& tree, const hal::PluggedDevice& device) {
+  const std::string folder = "/dev/serial/by-id";
+  for (const std::string& name : tree.names(folder)) {
+    if (!device.serial.empty() && name.find(device.serial) != std::string::npos)
+      return folder + "/" + name;
+  }
+  return folder + "/...";
+}
+
+/// An arm is not asked: who it is stands in a description that its owner has.
+std::vector<Listed> on_servo_adapters(const hal::SystemTree& tree,
+                                      const std::vector<hal::PluggedDevice>& plugged) {
+  std::vector<Listed> found;
+  for (const hal::PluggedDevice& device : plugged) {
+    const hal::SerialAdapter* const adapter =
+        hal::find_serial_adapter(device.vendor_id, device.product_id);
+    const hal::DriverRow* const row =
+        adapter != nullptr ? hal::find_driver(adapter->bridge) : nullptr;
+    if (row == nullptr || !needs_port(*row)) continue;
+    const std::string keys = "port = \"" + port_of(tree, device) +
+                             "\"\nurdf = \"arm.urdf\"        # the arm's robot description\n"
+                             "base_link = \"base\"       # links of it: where it stands,\n"
+                             "tip_link = \"gripper\"     # and what the hand holds\n";
+    found.push_back({row, std::string(adapter->name) + " at " + device.bus_path, "",
+                     "an adapter; the servos behind it are asked when a session begins", keys});
+  }
+  return found;
+}
+
 std::vector<Listed> by_bridges(std::vector<Absent>& absent) {
   std::vector<Listed> found;
   for (const hal::DriverRow& row : hal::driver_rows()) {
-    if (!row.is_bridged) continue;
+    if (!row.is_bridged || needs_port(row)) continue;
     const BridgeAnswer answer = probe_bridge(bridge_program(), std::string(row.name));
     if (answer.found)
-      found.push_back(
-          {&row, answer.name, "", answer.words, answer.product, answer.serial, answer.latency_ms});
+      found.push_back({&row, answer.name, "", answer.words, "", answer.product, answer.serial,
+                       answer.latency_ms});
     else
       absent.push_back({std::string(row.name), answer.why});
   }
@@ -94,13 +154,16 @@ std::string text_of(const std::vector<Listed>& found, const std::vector<Absent>&
     if (!listed.words.empty()) text += "  " + listed.words + "\n";
     if (listed.latency_ms > 0)
       text += formatted("  %g ms of latency of its own\n", listed.latency_ms);
-    text += indented(toml_of(listed));
+    text += indented(toml_of(listed)) + "\n";
   }
-  for (const Absent& each : absent) text += each.bridge + ": " + each.why + "\n";
-  text += found.empty()
-              ? "no device was found; driver = \"sim\" needs none\n"
-              : std::to_string(found.size()) + (found.size() == 1 ? " device\n" : " devices\n");
-  return text;
+  if (!absent.empty()) text += "Not found:\n";
+  for (const Absent& each : absent) text += "  " + each.bridge + ": " + each.why + "\n";
+  if (found.empty())
+    return text +
+           "\nNo device was found. run_device doctor says what a device needs here; driver = "
+           "\"sim\" needs none.\n";
+  return text + "\n" + std::to_string(found.size()) + (found.size() == 1 ? " device" : " devices") +
+         ". Put the lines of one into a file and try it: run_device run FILE\n";
 }
 
 ordered_json json_of(const std::vector<Listed>& found, const std::vector<Absent>& absent) {
@@ -121,7 +184,10 @@ ordered_json json_of(const std::vector<Listed>& found, const std::vector<Absent>
 }
 
 int list(const ListOptions& o) {
-  std::vector<Listed> found = on_usb(hal::plugged_devices(hal::SystemTree(o.root)));
+  const hal::SystemTree tree(o.root);
+  const std::vector<hal::PluggedDevice> plugged = hal::plugged_devices(tree);
+  std::vector<Listed> found = on_usb(plugged, o);
+  for (Listed& listed : on_servo_adapters(tree, plugged)) found.push_back(std::move(listed));
   std::vector<Absent> absent;
   for (Listed& listed : by_bridges(absent)) found.push_back(std::move(listed));
   const std::string text =

@@ -50,7 +50,7 @@ TEST_SUITE("tools.run_device") {
           doctor(std::string("--json --seconds 0.1") + (strict ? " --strict" : ""));
       CHECK(r.err.empty());
       const json report = json::parse(r.out);
-      CHECK(report["lines"].size() == 49);
+      CHECK(report["lines"].size() == 61);
       std::set<std::string> names;
       for (const json& line : report["lines"]) {
         CAPTURE(line["name"].get<std::string>());
