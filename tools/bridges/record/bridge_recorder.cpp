@@ -197,7 +197,7 @@ void BridgeRecorder::finish(RecordingEnd why) {
 }
 
 void BridgeRecorder::run() noexcept {
-  flush();  // what identifies the file, by itself: it is a recording from now on
+  flush();  // the magic alone: the file is a recording from now on
   for (bool is_last = false; !is_last;) {
     is_last = is_over_.load() || !keeps_.load();
     while (!has_failed_ && take_entries()) flush();
