@@ -236,7 +236,7 @@ TEST_SUITE("bridges.recording") {
     CHECK(read.entries.back().result == static_cast<std::int64_t>(RecordingEnd::kFull));
     CHECK(std::filesystem::file_size(bench.path) <= 100'000);
     REQUIRE(said.lines.size() == 1);
-    CHECK(has(said.lines[0], "--record-mb"));
+    CHECK(has(said.lines[0], "record_mb"));
   }
 
   TEST_CASE("recorder: a disk that is slower than its device ends it, without a gap") {

@@ -189,7 +189,7 @@ void BridgeRecorder::finish(RecordingEnd why) {
   if (why == RecordingEnd::kDone || has_failed_ || !settings_.say) return;
   const std::string size = std::to_string(written_) + " bytes";
   settings_.say("the recording " + settings_.path.string() + " ends after " + size + ": " +
-                (why == RecordingEnd::kFull   ? "that is all that --record-mb allows"
+                (why == RecordingEnd::kFull   ? "that is all that record_mb allows"
                  : why == RecordingEnd::kSlow ? "the disk is too slow for it; name a file on a "
                                                 "faster one"
                                               : "a message is too long to be kept") +

@@ -48,7 +48,7 @@ Recording::Recording(std::filesystem::path path)
   if (size_ > kMostRecording_bytes)
     throw InputError(path_.string() + ": has " + std::to_string(size_) +
                      " bytes, and a recording has 1 GiB at most; record again with a smaller "
-                     "--record-mb");
+                     "record_mb");
   std::array<char, kRecordingMagic.size()> magic{};
   stream_.read(magic.data(), magic.size());
   const std::string_view found(magic.data(), static_cast<std::size_t>(stream_.gcount()));
