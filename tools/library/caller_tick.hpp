@@ -57,11 +57,11 @@ class CallersTime {
 /// HAPTIC_OK; HAPTIC_ERROR_VERSION; HAPTIC_ERROR_NUMBER; HAPTIC_ERROR_POSE.
 [[nodiscard]] int check_options(const haptic_servo_options* options) noexcept;
 
-/// Of options that were checked.
+/// The options were checked.
 [[nodiscard]] ServoParameters parameters_of(const haptic_servo_options& options,
                                             const SceneView& view) noexcept;
 
-/// What a tick is given: a report by the caller's clock, at the time that `time` has just taken.
+/// Input of a tick: a report by the caller's clock, at the time that `time` has just taken.
 /// `goes_on`: what CallersTime::advance has said of it.
 [[nodiscard]] ServoInput input_of(const CallersTime& time, bool goes_on, std::uint32_t lost_periods,
                                   const haptic_servo_input& given) noexcept;

@@ -58,7 +58,7 @@ Points points_of(HapticCore& core, const SceneView& scene) noexcept {
     if (plane.pair >= core.pair_count()) continue;  // a moving part's
     geometry.polygon_w = BoundedList<Vec3>(corners);
     core.contact_geometry(plane.pair, geometry);
-    // Of a pair with two planes it describes one: the other has no region that is known.
+    // It describes one plane of a pair with two: the other has no region that is known.
     constexpr double kSamePlane = 1 - 1e-6;
     if (three(geometry.normal_w).dot(three(plane.normal_w)) < kSamePlane) continue;
     add_plane(plane, geometry, scene, points);
@@ -88,7 +88,7 @@ struct Columns {
   std::size_t count = 0;
 };
 
-/// What is left, r: s_i = max(0, a_i . r) / kSmall, and r + sum s_i a_i = w. The zero of a gradient
+/// The rest, r: s_i = max(0, a_i . r) / kSmall, and r + sum s_i a_i = w. The zero of a gradient
 /// that is piecewise linear: Newton's steps, shortened where the sum that they lower would rise.
 Six rest_of(const Columns& columns, const Six& w) noexcept {
   const auto cost = [&](const Six& r) {
@@ -161,7 +161,7 @@ std::size_t write_contacts(HapticCore& core, const SceneView& scene, const FeltT
   forces.fill(Three::Zero());
   for (std::size_t i = 0; i < columns.count; ++i)
     forces[columns.point[i]] += std::max(0.0, columns.a[i].dot(left)) / kSmall * pushes[i];
-  // Of the contacts as they are written: what the caller adds up.
+  // From the contacts as they are written, which the caller adds up.
   Three force_w = three(tick.wrench_w.force_w), torque_w = three(tick.wrench_w.torque_w);
   for (std::size_t k = 0; k < points.count; ++k) {
     force_w -= forces[k];

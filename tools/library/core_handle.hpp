@@ -26,7 +26,7 @@ struct alignas(kStateAlignment) PartsOfCore {
   [[nodiscard]] const PartHand& hand() const noexcept { return hands.hand(0); }
 };
 
-/// What a core knows beside the state of the tick.
+/// Known to a core besides the state of the tick.
 struct CoreCounts {
   std::uint64_t ticks = 0;
   std::int64_t last_ns = 0;       ///< time of the last step

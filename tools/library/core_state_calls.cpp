@@ -48,7 +48,7 @@ static_assert(std::is_trivially_copyable_v<StateHeader> && sizeof(StateHeader) %
 static_assert(std::is_trivially_copyable_v<SessionJudge> && sizeof(SessionJudge) % 8 == 0);
 static_assert(std::is_trivially_copyable_v<StateRest> && sizeof(StateRest) % 8 == 0);
 
-/// What a saved word is; two bits of it, by the number of the word.
+/// Kind of a saved word; two bits of it, by the number of the word.
 enum class Word : std::uint8_t { kNumber = 0, kOfMemory = 1, kOfScene = 2 };
 
 /// Ranges of addresses that a state may hold, the end of each included.
@@ -209,7 +209,7 @@ int check_state(const haptic_core& handle, std::span<const std::byte> bytes,
   return HAPTIC_OK;
 }
 
-/// Of bytes that were checked.
+/// The bytes were checked.
 void take_state(haptic_core& handle, std::span<const std::byte> bytes) noexcept {
   StateRest rest;
   std::memcpy(&rest, bytes.data() + sizeof(StateHeader), sizeof rest);

@@ -33,7 +33,7 @@ class ExternalSession final : public OpenSession {
   [[nodiscard]] int tick(const haptic_servo_input& input,
                          haptic_servo_output& output) noexcept override;
 
-  /// Of the last tick, on its thread or between ticks. As `tick`; HAPTIC_ERROR_PART;
+  /// Those of the last tick, on its thread or between ticks. As `tick`; HAPTIC_ERROR_PART;
   /// HAPTIC_ERROR_SCENE: the law has no planes.
   [[nodiscard]] int contacts(std::span<haptic_contact> contacts, std::size_t& count,
                              Wrench& rest) noexcept override;

@@ -23,7 +23,7 @@ class OpenSession {
   OpenSession(const OpenSession&) = delete;
   OpenSession& operator=(const OpenSession&) = delete;
 
-  /// Of a device whose loop is the caller's: one tick. HAPTIC_ERROR_DEVICE: the loop is the
+  /// One tick, where the device's loop is the caller's. HAPTIC_ERROR_DEVICE: the loop is the
   /// session's.
   [[nodiscard]] virtual int tick(const haptic_servo_input& /*input*/,
                                  haptic_servo_output& /*output*/) noexcept {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What is rendered in a session of this process: the core of one moving part, or the hands of a
+/// The core of one moving part that a session of this process renders, or the hands of a
 /// scene with parts; and what its owner does to the parts while the loop ticks: hold, release,
 /// drive, move the fixed ones.
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// What is kept of the ticks of a device in this process, for any thread to read: the newest one,
+/// Kept of the ticks of a device in this process, for any thread to read: the newest one,
 /// the judgement, and the history.
 
 #include <cstddef>

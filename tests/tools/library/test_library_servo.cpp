@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The servo group, by the callback of the example: the rows of host_sim/lab/faults that a program
+// The servo group and a session whose device is the caller's, each by the callback of its example:
+// the rows of host_sim/lab/faults that a program
 // with a device loop of its own can meet, in each of three states, judged by what is sent.
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -17,12 +20,15 @@
 
 #include "tests/tools/library/block_on_plate.hpp"
 
-// The example itself, which is C.
+// The examples themselves, which are C.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wold-style-cast"
 #pragma GCC diagnostic ignored "-Wunused-function"
 #define main example_main
 #include "tools/library/examples/own_device_loop.c"
+#undef main
+#define main external_main
+#include "tools/library/examples/external_device.c"
 #undef main
 #pragma GCC diagnostic pop
 
@@ -44,21 +50,38 @@ void free_memory(void* memory) { std::free(memory); }
 
 double length(const double* v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
+/// Who makes the ticks.
+enum class By { kServo, kSession };
+
 /// A device with a hand on it, and the loop of the example.
 class Loop {
  public:
-  Loop() {
+  explicit Loop(By by = By::kServo) {
+    if (by == By::kSession) {
+      char why[256];
+      session_ = open_device(block_scene().data(), block_scene().size(), why);
+      REQUIRE(session_ != nullptr);
+      report_ = {0, 0, {0, 0, 0}, {0, 0, 0, 1}, 0, 1, 0};
+      return;
+    }
     void* memory = nullptr;
     servo_ = begin_loop(block_scene().data(), block_scene().size(), &memory);
     memory_.reset(memory);
     REQUIRE(servo_ != nullptr);
     report_ = {0, 0, {0, 0, 0}, {0, 0, 0, 1}, 0, 1, 0};
   }
-  ~Loop() { (void)haptic_servo_close(servo_); }
+  ~Loop() {
+    if (servo_ != nullptr) (void)haptic_servo_close(servo_);
+    (void)haptic_session_free(&session_);
+  }
   Loop(const Loop&) = delete;
   Loop& operator=(const Loop&) = delete;
 
   [[nodiscard]] haptic_servo* servo() const { return servo_; }
+  [[nodiscard]] haptic_session* session() const { return session_; }
+  [[nodiscard]] int stop() const {
+    return session_ != nullptr ? haptic_session_stop(session_) : haptic_servo_stop(servo_);
+  }
   [[nodiscard]] const std::array<double, 3>& force() const { return force_; }
   [[nodiscard]] double force_n() const { return length(force_.data()); }
   device_report& report() { return report_; }
@@ -98,7 +121,14 @@ class Loop {
   /// With anything in the report's place, and any time.
   void call(const device_report& report, double now_s) {
     const std::array<double, 3> before = force_;
-    device_callback(servo_, &report, now_s, force_.data());
+    if (session_ != nullptr) {
+      handle_report same{};
+      static_assert(sizeof same == sizeof report);
+      std::memcpy(&same, &report, sizeof same);
+      goes_on_ = session_callback(session_, &same, now_s, force_.data()) != 0;
+    } else {
+      device_callback(servo_, &report, now_s, force_.data());
+    }
     double step[3];
     for (std::size_t k = 0; k < 3; ++k) step[k] = force_[k] - before[k];
     largest_step_n_ = std::max(largest_step_n_, length(step));
@@ -106,6 +136,7 @@ class Loop {
     largest_n_ = std::max(largest_n_, force_n());
   }
   [[nodiscard]] double now_s() const { return time_s_; }
+  [[nodiscard]] bool goes_on() const { return goes_on_; }
   /// In any case.
   void check_wire() const {
     CHECK(is_finite_);
@@ -124,7 +155,8 @@ class Loop {
     input.device_faults = report_.faults;
     std::memcpy(input.pose, report_.position_m, sizeof report_.position_m);
     std::memcpy(input.pose + 3, report_.orientation_xyzw, sizeof report_.orientation_xyzw);
-    REQUIRE(haptic_servo_tick(servo_, &input, &output) == HAPTIC_OK);
+    REQUIRE((session_ != nullptr ? haptic_session_tick(session_, &input, &output)
+                                 : haptic_servo_tick(servo_, &input, &output)) == HAPTIC_OK);
     std::copy_n(output.wrench, 3, force_.begin());
     return output;
   }
@@ -141,6 +173,8 @@ class Loop {
  private:
   std::unique_ptr<void, void (*)(void*)> memory_{nullptr, free_memory};
   haptic_servo* servo_ = nullptr;
+  haptic_session* session_ = nullptr;
+  bool goes_on_ = true;
   device_report report_{};
   std::array<double, 3> force_{};
   std::uint32_t buttons_ = 0;
@@ -209,7 +243,7 @@ const Row kRows[] = {
      [](Loop& l) { spoil(l, 1, [](device_report& r, double&) { r.buttons = 3; }); }},
     {"emergency stop by call", Out::kRampsToZero, kStop, 0,
      [](Loop& l) {
-       REQUIRE(haptic_servo_stop(l.servo()) == HAPTIC_OK);
+       REQUIRE(l.stop() == HAPTIC_OK);
        l.pass();
      }},
     {"drive fault", Out::kRampsToZero, kDevice, 0,
@@ -239,6 +273,8 @@ const Row kRows[] = {
      }},
 };
 
+constexpr By kBoth[] = {By::kServo, By::kSession};
+
 /// Ticks until the force is zero, `most` at most.
 int ticks_to_zero(Loop& loop, int most) {
   int ticks = 0;
@@ -250,10 +286,12 @@ int ticks_to_zero(Loop& loop, int most) {
 
 TEST_SUITE("tools.library") {
   TEST_CASE("servo: each row of the fault table that applies, with a pressed part") {
-    for (const Row& row : kRows) {
+    for (std::size_t k = 0; k < 2 * std::size(kRows); ++k) {
+      const Row& row = kRows[k / 2];
       const std::string name = row.name;
       CAPTURE(name);
-      Loop loop;
+      CAPTURE(k % 2);
+      Loop loop(kBoth[k % 2]);
       REQUIRE(loop.arm(kPressed_m));
       const double before_n = loop.force_n();
       CHECK(before_n == doctest::Approx(500 * 0.0039).epsilon(0.05));
@@ -293,11 +331,13 @@ TEST_SUITE("tools.library") {
 
   TEST_CASE("servo: each row while the force ramps in, and with the part free") {
     for (const double z_m : {kFree_m, kPressed_m}) {
-      for (const Row& row : kRows) {
+      for (std::size_t k = 0; k < 2 * std::size(kRows); ++k) {
+        const Row& row = kRows[k / 2];
         const std::string name = row.name;
         CAPTURE(name);
         CAPTURE(z_m);
-        Loop loop;
+        CAPTURE(k % 2);
+        Loop loop(kBoth[k % 2]);
         loop.hold(kTouches_m, 0);
         loop.pass(300);
         loop.hold(z_m, 1);
@@ -337,7 +377,10 @@ TEST_SUITE("tools.library") {
     std::mt19937_64 random(20'251);
     const auto pick = [&random](std::size_t n) { return random() % n; };
     const double odd[] = {kNone, 1e308, -1e308, 0, -0.0, 1e-310, 9e9, 8.9e9, -1, 1e6};
-    Loop loop;
+    By by = By::kServo;
+    SUBCASE("the servo group") { by = By::kServo; }
+    SUBCASE("a session") { by = By::kSession; }
+    Loop loop(by);
     REQUIRE(loop.arm(kPressed_m));
     unsigned armed = 0;
     for (int k = 0; k < 20'000; ++k) {
@@ -448,5 +491,164 @@ TEST_SUITE("tools.library") {
     CHECK(haptic_servo_stop(loop.servo()) == HAPTIC_ERROR_CLOSED);
     CHECK(haptic_servo_verdict(loop.servo(), &verdict) == HAPTIC_ERROR_CLOSED);
     CHECK(haptic_servo_close(loop.servo()) == HAPTIC_ERROR_CLOSED);
+  }
+
+  TEST_CASE("external: a session gives the bits of the servo group, and other threads read them") {
+    Loop servo, session(By::kSession);
+    haptic_device_status status = HAPTIC_DEVICE_STATUS_INIT;
+    REQUIRE(haptic_session_device(session.session(), 0, &status) == HAPTIC_OK);
+    CHECK(status.phase == HAPTIC_DEVICE_STARTS);
+    CHECK(std::string(status.waits_for).find("has not called") != std::string::npos);
+    REQUIRE(servo.arm(kPressed_m));
+    REQUIRE(session.arm(kPressed_m));
+    CHECK(servo.force() == session.force());
+    const haptic_servo_output one = servo.state(), other = session.state();
+    CHECK(one.state_hash == other.state_hash);
+    haptic_state state = HAPTIC_STATE_INIT;
+    haptic_verdict verdict = HAPTIC_VERDICT_INIT;
+    std::vector<haptic_tick> ticks(2000);
+    std::size_t count = 0;
+    std::thread([&] {
+      CHECK(haptic_session_state(session.session(), &state) == HAPTIC_OK);
+      CHECK(haptic_session_device(session.session(), 0, &status) == HAPTIC_OK);
+      CHECK(haptic_session_verdict(session.session(), &verdict) == HAPTIC_OK);
+      CHECK(haptic_session_history(session.session(), ticks.data(), ticks.size(), sizeof ticks[0],
+                                   &count) == HAPTIC_OK);
+    }).join();
+    CHECK(state.state_hash == other.state_hash);
+    CHECK(state.tick == 902);
+    CHECK(state.arming == kIsArmed);
+    CHECK(state.hand_held == 1);
+    CHECK(state.hand_pose[2] == doctest::Approx(0.035 + kPressed_m + 1e-4).epsilon(1e-6));
+    CHECK(state.felt_pose[2] == doctest::Approx(0.015).epsilon(1e-3));
+    CHECK(state.sent_wrench[2] == doctest::Approx(session.force()[2]).epsilon(1e-9));
+    CHECK(status.phase == HAPTIC_DEVICE_RUNS);
+    CHECK(status.force_n == doctest::Approx(session.force_n()).epsilon(1e-9));
+    CHECK((status.is_silent != 0 || std::string(status.waits_for).empty()));  // a busy machine
+    CHECK(count == 902);
+    CHECK(ticks[901].sent_wrench[2] == doctest::Approx(session.force()[2]).epsilon(1e-9));
+    CHECK(ticks[901].hand_pose[2] == doctest::Approx(state.hand_pose[2]).epsilon(1e-9));
+    CHECK(verdict.contact_ticks > 100);
+
+    // A loop that calls no more: it is said, with the force that the device still has.
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    REQUIRE(haptic_session_device(session.session(), 0, &status) == HAPTIC_OK);
+    CHECK(status.is_silent == 1);
+    CHECK(status.force_n > 1);
+    CHECK(std::string(status.waits_for).find("has not called") != std::string::npos);
+
+    // Fixed parts that are somewhere else at once take the force away by its ramp.
+    haptic_frame frame = HAPTIC_FRAME_INIT;
+    frame.stands = 1;
+    frame.pose[2] = 0.003;
+    REQUIRE(haptic_session_frame(session.session(), &frame) == HAPTIC_OK);
+    session.pass(100);
+    session.check_wire();
+    REQUIRE(haptic_session_state(session.session(), &state) == HAPTIC_OK);
+    CHECK((state.safety_faults & 1u << 13) != 0);
+    CHECK(session.force_n() == 0);
+  }
+
+  TEST_CASE("external: a close ramps to zero in the next ticks, of whichever thread they are") {
+    Loop loop(By::kSession);
+    REQUIRE(loop.arm(kPressed_m));
+    REQUIRE(loop.force_n() > 1);
+    REQUIRE(haptic_session_close(loop.session()) == HAPTIC_OK);  // the loop's thread: at once
+    CHECK(haptic_session_close(loop.session()) == HAPTIC_ERROR_CLOSED);
+    int ticks = 0;
+    for (; ticks < 100 && loop.goes_on(); ++ticks) loop.pass();
+    CHECK(ticks > 2);
+    CHECK(ticks <= 10);
+    CHECK(loop.force_n() == 0);
+    loop.check_wire();
+    haptic_device_status status = HAPTIC_DEVICE_STATUS_INIT;
+    REQUIRE(haptic_session_device(loop.session(), 0, &status) == HAPTIC_OK);
+    CHECK(status.phase == HAPTIC_DEVICE_ENDED);
+
+    Loop other(By::kSession);
+    REQUIRE(other.arm(kPressed_m));
+    std::thread device([&] {
+      while (other.goes_on()) {
+        other.pass();
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+    });
+    haptic_state state = HAPTIC_STATE_INIT;
+    do {  // until the loop is that thread's
+      REQUIRE(haptic_session_state(other.session(), &state) == HAPTIC_OK);
+    } while (state.tick < 903);
+    CHECK(haptic_session_close(other.session()) == HAPTIC_OK);
+    CHECK(haptic_session_device(other.session(), 0, &status) == HAPTIC_OK);
+    CHECK(status.phase == HAPTIC_DEVICE_ENDED);  // waited for
+    device.join();
+    CHECK(other.force_n() == 0);
+    other.check_wire();
+  }
+
+  TEST_CASE("external: two threads at once, one ticks and one is busy; refusals with their words") {
+    Loop loop(By::kSession);
+    REQUIRE(loop.arm(kPressed_m));
+    haptic_servo_input input = HAPTIC_SERVO_INPUT_INIT;
+    std::atomic<int> done{0}, busy{0}, wrong{0};
+    const auto call = [&] {
+      for (int k = 0; k < 3000; ++k) {
+        haptic_servo_output output = HAPTIC_SERVO_OUTPUT_INIT;
+        output.wrench[0] = 7;
+        const int error = haptic_session_tick(loop.session(), &input, &output);
+        const bool is_zero = length(output.wrench) == 0;
+        if (error == HAPTIC_OK) done += 1;
+        if (error == HAPTIC_ERROR_BUSY && is_zero) busy += 1;
+        if (error != HAPTIC_OK && (error != HAPTIC_ERROR_BUSY || !is_zero)) wrong += 1;
+      }
+    };
+    std::thread one(call), two(call);
+    one.join();
+    two.join();
+    CHECK(wrong == 0);
+    CHECK(done + busy == 6000);
+    CHECK(done > 0);
+    haptic_state state = HAPTIC_STATE_INIT;
+    CHECK(haptic_session_state(loop.session(), &state) == HAPTIC_OK);
+    CHECK(state.tick == 901u + static_cast<unsigned>(done));
+
+    haptic_session_options options = HAPTIC_SESSION_OPTIONS_INIT;
+    haptic_servo_options servo = HAPTIC_SERVO_OPTIONS_INIT;
+    haptic_session* session = nullptr;
+    char text[256] = "";
+    const auto opened = [&] {
+      const int error = haptic_session_open_external(block_scene().data(), block_scene().size(),
+                                                     &options, &servo, &session, text, sizeof text);
+      (void)haptic_session_free(&session);
+      return error;
+    };
+    CHECK(opened() == HAPTIC_ERROR_DEVICE);  // "sim"
+    CHECK(std::string(text).find("external") != std::string::npos);
+    options.device = "external";
+    CHECK(opened() == HAPTIC_OK);
+    options.rate_hz = servo.rate_hz = 500;
+    CHECK(opened() == HAPTIC_ERROR_NUMBER);
+    CHECK(std::string(text).find("given twice") != std::string::npos);
+    options.rate_hz = 0;
+    options.priority = 50;
+    CHECK(opened() == HAPTIC_ERROR_NUMBER);
+    options.priority = 0;
+    options.hands = 2;
+    CHECK(opened() == HAPTIC_ERROR_PART);
+    options.hands = 0;
+    servo.max_force_n = kNone;
+    CHECK(opened() == HAPTIC_ERROR_NUMBER);
+    CHECK(haptic_session_open_external(block_scene().data(), block_scene().size(), &options,
+                                       nullptr, &session, text, sizeof text) == HAPTIC_ERROR_NULL);
+    // The plain call has the defaults; another device's loop is its own.
+    REQUIRE(haptic_session_open(block_scene().data(), block_scene().size(), &options, &session) ==
+            HAPTIC_OK);
+    haptic_servo_output output = HAPTIC_SERVO_OUTPUT_INIT;
+    CHECK(haptic_session_tick(session, &input, &output) == HAPTIC_OK);
+    haptic_hand_goal goal = HAPTIC_HAND_GOAL_INIT;
+    CHECK(haptic_session_move_hand(session, &goal, nullptr) == HAPTIC_ERROR_DEVICE);
+    CHECK(haptic_session_tick(nullptr, &input, &output) == HAPTIC_ERROR_NULL);
+    input.struct_size = 3;
+    CHECK(haptic_session_tick(session, &input, &output) == HAPTIC_ERROR_VERSION);
+    (void)haptic_session_free(&session);
   }
 }

@@ -290,6 +290,37 @@ class Replays(unittest.TestCase):
 
 
 class Sessions(unittest.TestCase):
+    def test_a_fork_has_no_session_and_does_not_end_it(self):
+        with haptic.Session(block_scene()) as session:
+            session.hand.move_to(z=0.012, seconds=0.3)
+            child = os.fork()
+            if child == 0:
+                name = ""
+                try:
+                    session.state()
+                except haptic.HapticError as error:
+                    name = error.name
+                session = None
+                gc.collect()
+                os._exit(0 if name == "HAPTIC_ERROR_CLOSED" else 1)
+            self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 0)
+            tick = session.state().tick
+            time.sleep(0.05)
+            self.assertGreater(session.state().tick, tick)
+            self.assertEqual(session.state().link, "ready")
+            self.assertEqual(session.device().phase, "runs")
+
+    def test_a_session_that_nothing_refers_to_ends_with_its_threads(self):
+        threads = len(os.listdir("/proc/self/task"))
+        session = haptic.Session(block_scene())
+        session.hand.move_to(z=0.012, seconds=0.3)
+        self.assertGreater(len(os.listdir("/proc/self/task")), threads)
+        circle = {"session": session}
+        circle["circle"] = circle
+        del session, circle
+        gc.collect()
+        self.assertEqual(len(os.listdir("/proc/self/task")), threads)
+
     def test_the_hand_presses_and_the_history_has_it(self):
         with haptic.Session(block_scene(), device="sim", history=30) as s:
             s.hand.move_to(z=0.005, seconds=0.3)
@@ -390,6 +421,151 @@ class Sessions(unittest.TestCase):
                 path = pathlib.Path(folder) / "force.png"
                 s.plot(path)
                 self.assertGreater(path.stat().st_size, 1000)
+
+
+class External(unittest.TestCase):
+    @staticmethod
+    def pressed(session, ticks):
+        """The handle goes 24 mm down in `ticks`, with the deadman switch held after the first 300."""
+        for k in range(ticks):
+            z = -0.024 * min(max(k - 400, 0) / 400, 1)
+            tick = session.tick((0, 0, z), 0.001 * (k + 1), switches=int(k >= 300))
+        return tick
+
+    def test_a_loop_of_its_own_arms_presses_and_ends_at_zero(self):
+        limits = haptic.Limits(max_force=1.5, axes=7)
+        with haptic.Session(block_scene(), device="external", limits=limits) as session:
+            self.assertEqual(session.device().phase, "starts")
+            tick = self.pressed(session, 1200)
+            self.assertEqual((tick.arming, tick.waits, tick.situation), ("armed", "", "face_face"))
+            self.assertAlmostEqual(tick.force[2], 1.5, 6)
+            contacts = session.contacts()
+            self.assertEqual(len(contacts), 4)
+            sums = sum(point.force for point in contacts) + contacts.rest[:3]
+            np.testing.assert_allclose(sums, session.state().force, atol=1e-9)
+            self.assertEqual(len(session.history()), 1200)
+            session.stop()
+            last = tick.force[2]
+            for k in range(20):
+                tick = session.tick((0, 0, -0.024), 1.201 + 0.001 * k, switches=1)
+                self.assertLess(abs(tick.force[2] - last), 1.2 + 1e-9)
+                last = tick.force[2]
+            self.assertEqual((last, tick.arming), (0.0, "faulted"))
+            session.close()
+            with self.assertRaises(haptic.HapticError) as raised:
+                for k in range(3):
+                    tick = session.tick((0, 0, 0), 2 + 0.001 * k)
+                    self.assertFalse(tick.force.any())
+            self.assertEqual(raised.exception.name, "HAPTIC_ERROR_CLOSED")
+        self.assertTrue(session.verdict())
+
+    def test_two_threads_at_once_and_a_fork(self):
+        session = haptic.Session(block_scene(), device="external")
+        self.pressed(session, 1200)
+        errors = []
+
+        def loop():
+            for k in range(400):
+                try:
+                    session.tick((0, 0, -0.024), 1.2, switches=1)
+                    errors.append("")
+                except haptic.HapticError as error:
+                    errors.append(error.name)
+
+        threads = [threading.Thread(target=loop) for _ in range(2)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(len(errors), 800)
+        self.assertLessEqual(set(errors), {"", "HAPTIC_ERROR_BUSY"})
+        child = os.fork()
+        if child == 0:
+            try:
+                session.tick((0, 0, -0.024), 1.3, switches=1)
+            except haptic.HapticError as error:
+                os._exit(0 if error.name == "HAPTIC_ERROR_CLOSED" else 1)
+            os._exit(2)
+        self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 0)
+        session.tick((0, 0, -0.024), 1.3, switches=1)
+
+    def test_what_cannot_be_meant(self):
+        with self.assertRaises(ValueError):
+            haptic.Session(block_scene(), limits=haptic.Limits())
+        with self.assertRaises(haptic.HapticError):
+            haptic.Session(block_scene(), device="external", limits=haptic.Limits(max_force=-1.0))
+        with haptic.Session(block_scene()) as session:
+            for call in (session.contacts, lambda: session.tick((0, 0, 0), 0.0)):
+                with self.assertRaises(haptic.HapticError) as raised:
+                    call()
+                self.assertEqual(raised.exception.name, "HAPTIC_ERROR_DEVICE")
+
+
+class States(unittest.TestCase):
+    def setUp(self):
+        self.scene = block_scene()
+        self.poses = np.tile(self.scene.start, (600, 1))
+        self.poses[:, 2] -= np.minimum(np.arange(600) * 1e-4, 0.023)
+        self.poses[:, 0] += np.maximum(np.arange(600) - 300, 0) * 1e-5
+
+    def test_a_loaded_state_goes_on_with_the_same_bits(self):
+        first, second = self.scene.core(), self.scene.core()
+        first.step_many(self.poses[:350])
+        state = first.save()
+        second.load(state)
+        self.assertEqual(second.save(), state)
+        self.assertTrue((first.step_many(self.poses[350:]) == second.step_many(self.poses[350:])).all())
+        self.assertEqual(repr(first.verdict()), repr(second.verdict()))  # one of its numbers may be none
+        for bad, words in ((state[:-1], "cut off"), (state[:200] + b"?" + state[201:], "damaged"), (b"x" * 500, "no state")):
+            with self.assertRaisesRegex(haptic.HapticError, words):
+                second.load(bad)
+        with self.assertRaisesRegex(haptic.HapticError, "another scene"):
+            haptic.compile(box(20, 20, 20), box(90, 90, 10), unit="mm", start=(0, 0, 0.035)).core().load(state)
+        with self.assertRaises(haptic.HapticError) as raised:
+            two_blocks().core().save()
+        self.assertEqual(raised.exception.name, "HAPTIC_ERROR_PART")
+
+    def test_many_steps_are_single_ones_in_the_callers_array(self):
+        many, single = self.scene.core(), self.scene.core()
+        out = np.full((600, 6), np.nan)
+        self.assertIs(many.step_many(self.poses, out=out), out)
+        for k, pose in enumerate(self.poses):
+            result = single.step(pose, k / 1000)
+            self.assertTrue((np.concatenate([result.force, result.torque]) == out[k]).all())
+        for bad in (self.poses[:, :6], self.poses[::2], self.poses.astype(np.float32), self.poses.tolist()):
+            with self.assertRaisesRegex(ValueError, "contiguous array of float64"):
+                many.step_many(bad)
+        self.assertEqual(many.step_many(self.poses[:0]).shape, (0, 6))
+        wrong = self.poses.copy()
+        wrong[7, 3:] = 0
+        with self.assertRaisesRegex(haptic.HapticError, "tick 7"):
+            many.step_many(wrong)
+
+    def test_other_threads_run_during_many_steps(self):
+        core, poses, names = self.scene.core(), np.repeat(self.poses, 40, axis=0), []
+        thread = threading.Thread(target=core.step_many, args=(poses,))
+        thread.start()
+        while thread.is_alive():
+            try:
+                core.verdict()
+                names.append("")
+            except haptic.HapticError as error:
+                names.append(error.name)
+        thread.join()
+        self.assertIn("HAPTIC_ERROR_BUSY", names)
+        self.assertLessEqual(set(names), {"", "HAPTIC_ERROR_BUSY"})
+
+    def test_contacts_make_the_wrench(self):
+        core = self.scene.core()
+        self.assertFalse(core.contacts())
+        for k, pose in enumerate(self.poses):
+            result = core.step(pose, k / 1000)
+        contacts = core.contacts()
+        self.assertEqual(len(contacts), 4)
+        np.testing.assert_allclose(sum(point.force for point in contacts), result.force, atol=1e-4 * result.force[2])
+        for point in contacts:
+            self.assertEqual((point.part, point.situation), (1, "face_face"))
+            np.testing.assert_allclose(point.normal, [0, 0, 1], atol=1e-9)
 
 
 class Interface(unittest.TestCase):

@@ -130,6 +130,30 @@ static void plan(const void* scene, size_t scene_bytes) {
   REQUIRE(haptic_planned_free(&planned));
 }
 
+// What touches, and a state that is saved and loaded: the next tick has the same bits.
+static void keep_state(haptic_core* core, const haptic_step_input* last) {
+  haptic_step_output once = HAPTIC_STEP_OUTPUT_INIT, again = HAPTIC_STEP_OUTPUT_INIT;
+  haptic_step_input next = *last;
+  haptic_contact contacts[48];
+  double rest[6];
+  char text[256];
+  size_t count = 0;
+  void* state;
+  REQUIRE(haptic_core_contacts(core, contacts, 48, sizeof contacts[0], &count, rest));
+  EXPECT(count == 4 && contacts[0].part == 1 && contacts[0].force_n[2] > 0 && fabs(rest[2]) < 1e-3);
+  EXPECT(haptic_core_save(core, NULL, 0, &count) == HAPTIC_ERROR_SIZE);
+  state = aligned(count);
+  REQUIRE(haptic_core_save(core, state, count, &count));
+  next.time_s += 0.001;
+  REQUIRE(haptic_core_step(core, &next, &once));
+  REQUIRE(haptic_core_load(core, state, count, text, sizeof text));
+  REQUIRE(haptic_core_step(core, &next, &again));
+  EXPECT(once.state_hash == again.state_hash);
+  EXPECT(haptic_core_load(core, state, count - 1, text, sizeof text) == HAPTIC_ERROR_INPUT);
+  printf("core: %s\n", text);
+  free(state);
+}
+
 static void run_core(const void* scene, size_t scene_bytes) {
   haptic_scene_info info = HAPTIC_SCENE_INFO_INIT;
   haptic_step_input input = HAPTIC_STEP_INPUT_INIT;
@@ -170,6 +194,7 @@ static void run_core(const void* scene, size_t scene_bytes) {
   REQUIRE(haptic_core_replay(core, &replay));
   EXPECT(replay.done == 1000);
   EXPECT(hashes[999] == output.state_hash);
+  keep_state(core, &input);
   REQUIRE(haptic_core_close(core));
   EXPECT(haptic_core_step(core, &input, &output) == HAPTIC_ERROR_CLOSED);
   free(memory);
@@ -353,6 +378,29 @@ static void run_session(const void* scene, size_t scene_bytes) {
   EXPECT(session == NULL);
 }
 
+// A session on a device whose loop is the program's own (external_device.c has more): one tick, and none after the end.
+static void run_external(const void* scene, size_t scene_bytes) {
+  haptic_session_options options = HAPTIC_SESSION_OPTIONS_INIT;
+  haptic_servo_options servo = HAPTIC_SERVO_OPTIONS_INIT;
+  haptic_servo_input input = HAPTIC_SERVO_INPUT_INIT;
+  haptic_servo_output output = HAPTIC_SERVO_OUTPUT_INIT;
+  haptic_session* session = NULL;
+  haptic_contact contact;
+  size_t count = 1;
+  char text[256];
+  options.device = "external";
+  REQUIRE(haptic_session_open_external(scene, scene_bytes, &options, &servo, &session, text, sizeof text));
+  input.ready = 1;
+  input.report = 1;
+  REQUIRE(haptic_session_tick(session, &input, &output));
+  REQUIRE(haptic_session_contacts(session, &contact, 1, sizeof contact, &count, NULL));
+  EXPECT(count == 0 && output.arming == 0);
+  REQUIRE(haptic_session_close(session));
+  REQUIRE(haptic_session_tick(session, &input, &output));  // the force is zero: the last one
+  EXPECT(haptic_session_tick(session, &input, &output) == HAPTIC_ERROR_CLOSED);
+  REQUIRE(haptic_session_free(&session));
+}
+
 // The servo tick in a loop of the program's own: pressed by a handle that is moved here (own_device_loop.c has more).
 static void run_servo(const void* scene, size_t scene_bytes) {
   haptic_servo_options options = HAPTIC_SERVO_OPTIONS_INIT;
@@ -394,6 +442,7 @@ int main(void) {
   plan(scene, scene_bytes);
   run_core(scene, scene_bytes);
   run_servo(scene, scene_bytes);
+  run_external(scene, scene_bytes);
   run_session(scene, scene_bytes);
   hold_parts();
   drive_parts();
