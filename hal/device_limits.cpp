@@ -51,9 +51,14 @@ SafetyLimits limits_of(const DeviceCapabilities& c, std::int64_t period_ns) noex
   return limits;
 }
 
-SafetyLimits limits_of_connection(const SafetyLimits& own,
-                                  const DeviceCapabilities& stated) noexcept {
-  const SafetyLimits device = limits_of(stated, own.period_ns);
+SafetyLimits limits_of_connection(const SafetyLimits& own, const DeviceCapabilities& stated,
+                                  Real share) noexcept {
+  SafetyLimits device = limits_of(stated, own.period_ns);
+  const Real least = std::isfinite(share) ? std::clamp(share, Real{0}, Real{1}) : Real{0};
+  device.max_force_n *= least;
+  device.max_torque_nm *= least;
+  device.max_axis_force_n *= least;
+  device.max_axis_torque_nm *= least;
   SafetyLimits limits = own;  // and of those that a device states:
   limits.max_force_n = device.max_force_n;
   limits.max_torque_nm = device.max_torque_nm;

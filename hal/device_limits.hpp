@@ -30,8 +30,11 @@ inline constexpr Real kLongestRamp_s = 0.25_r;
 /// Limits of a connection: of `own` (driver and configuration) and of what the device says of
 /// itself now, the tighter of each. Force and torque are lowered where the tighter slew would not
 /// end their ramp within half the watchdog and within kLongestRamp_s.
+/// @param share  of the stated force and torque that this machine may exert, 0 to 1; `own` is
+///               lowered by it already.
 [[nodiscard]] SafetyLimits limits_of_connection(const SafetyLimits& own,
-                                                const DeviceCapabilities& stated) noexcept;
+                                                const DeviceCapabilities& stated,
+                                                Real share = 1) noexcept;
 
 /// The same for the servo thread.
 [[nodiscard]] LimitsRecord limits_record(const SafetyLimits& limits,

@@ -127,7 +127,8 @@ void ReportFlow::take_limits() noexcept {
   other_device_ = connection_ != 0 && !(now == stated_);
   stated_ = now;
   faults_.expect_reports_every(stated_.report_period_ns);
-  const SafetyLimits limits = limits_of_connection(settings_.limits, stated_);
+  const SafetyLimits limits =
+      limits_of_connection(settings_.limits, stated_, settings_.force_share);
   guard_.limit(limits);
   guard_.follow_reports(stated_.report_period_ns);
   state_.limits = limits_record(limits, stated_, ++connection_);

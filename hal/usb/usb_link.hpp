@@ -40,6 +40,7 @@ struct UsbAddress {
 struct LinkSettings {
   UsbAddress address;
   SafetyLimits limits;
+  Real force_share = 1;  ///< of what the device states; `limits` is lowered by it already
   /// Switches that must all be pressed by the device's own report, or the output ramps to zero
   /// until the servo thread arms again, no matter what it says; 0: none is looked at.
   std::uint32_t deadman = 0;

@@ -100,6 +100,17 @@ TEST_SUITE("hal.device_limits") {
     CHECK(static_cast<double>(limits.slew_n_per_s) == doctest::Approx(20.0));
     CHECK(static_cast<double>(limits.max_force_n) == doctest::Approx(0.2));
     CHECK(limits.max_torque_nm == lowered.max_torque_nm);
+    // A machine that is late gets its share of what the device states, too, where that is less.
+    SafetyLimits half = own;
+    half.max_force_n *= 0.5_r;
+    half.max_torque_nm *= 0.5_r;
+    DeviceCapabilities weak = reference_capabilities();
+    weak.max_force_n = 2;
+    weak.max_torque_nm = 0.02_r;
+    limits = limits_of_connection(half, weak, 0.5_r);
+    CHECK(static_cast<double>(limits.max_force_n) == doctest::Approx(1.0));
+    CHECK(static_cast<double>(limits.max_torque_nm) == doctest::Approx(0.01));
+    CHECK(limits.slew_n_per_s == limits_of_connection(half, weak).slew_n_per_s);
     // Of any watchdog, or none, the ramp is over before the device is closed.
     for (const std::int64_t watchdog_ns : {std::int64_t{0}, std::int64_t{1'000'000'000}}) {
       DeviceCapabilities slow = reference_capabilities();

@@ -11,6 +11,13 @@ std::string text_at(const nlohmann::json& json, const char* key) {
   return at != json.end() && at->is_string() ? at->get<std::string>() : std::string();
 }
 
+/// 0 where it is no number from 0 to `most`.
+double number_at(const nlohmann::json& json, const char* key, double most) {
+  const auto at = json.find(key);
+  const double number = at != json.end() && at->is_number() ? at->get<double>() : 0.0;
+  return number >= 0 && number <= most ? number : 0.0;
+}
+
 }  // namespace
 
 BridgeAnswer read_bridge_answer(std::string_view line) {
@@ -25,10 +32,12 @@ BridgeAnswer read_bridge_answer(std::string_view line) {
   answer.words = text_at(json, "words");
   answer.product = text_at(json, "product");
   answer.serial = text_at(json, "serial");
-  if (const auto us = json.find("latency_us"); us != json.end() && us->is_number())
-    answer.latency_ms = 1e-3 * us->get<double>();
   answer.needs = text_at(json, "needs");
   answer.why = text_at(json, "why");
+  answer.latency_ms = 1e-3 * number_at(json, "latency_us", 1e6);
+  answer.has_force = number_at(json, "driven_dof", 63) > 0;
+  answer.max_stiffness_n_per_m = number_at(json, "max_stiffness_n_per_m", 1e6);
+  answer.mass_kg = number_at(json, "mass_kg", 1e3);
   const auto found = json.find("found");
   const bool says_so = found != json.end() && found->is_boolean() && found->get<bool>();
   answer.found = says_so && !answer.name.empty();

@@ -19,7 +19,9 @@ struct BridgeAnswer {
   std::string needs;            ///< of these: what its owner has to do before it can be used
   std::string product, serial;  ///< as it states them itself
   double latency_ms = 0;
-  std::string why;  ///< else, and never empty then
+  bool has_force = false;                         ///< it drives a degree of freedom
+  double max_stiffness_n_per_m = 0, mass_kg = 0;  ///< 0: it does not state it
+  std::string why;                                ///< else, and never empty then
 };
 
 /// A line that is no answer is the reason, as a program that fails says it.

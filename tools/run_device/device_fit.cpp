@@ -335,7 +335,7 @@ SafetyLimits lowered(const SafetyLimits& limits, double share) noexcept {
 std::string DeviceGate::admit(const hal::DeviceCapabilities& device) {
   FitAnswer answer = fit_of(question_, device);
   if (device.driven_dof != 0 && answer.refusal.empty())
-    answer.notes.push_back(limits_text(hal::limits_of_connection(limits_, device)));
+    answer.notes.push_back(limits_text(hal::limits_of_connection(limits_, device, share_)));
   const std::lock_guard lock(mutex_);
   refusal_ = answer.refusal;
   if (answer.notes != told_) untold_ = told_ = std::move(answer.notes);

@@ -58,9 +58,9 @@ struct FitAnswer {
 /// limits in force among it. All members from any thread; none is called while reports flow.
 class DeviceGate {
  public:
-  /// `limits`: of driver, configuration and machine.
-  DeviceGate(const FitQuestion& question, const SafetyLimits& limits)
-      : question_(question), limits_(limits) {}
+  /// `limits`: of driver, configuration and machine. `share`: of what the device states.
+  DeviceGate(const FitQuestion& question, const SafetyLimits& limits, Real share = 1)
+      : question_(question), limits_(limits), share_(share) {}
   /// @return the refusal.
   [[nodiscard]] std::string admit(const hal::DeviceCapabilities& device);
   /// Refusal of the newest connection.
@@ -71,6 +71,7 @@ class DeviceGate {
  private:
   const FitQuestion question_;
   const SafetyLimits limits_;
+  const Real share_;
   mutable std::mutex mutex_;
   std::string refusal_;
   std::vector<std::string> told_, untold_;

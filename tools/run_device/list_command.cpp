@@ -34,7 +34,8 @@ struct Listed {
   std::string name;     ///< for people
   std::string address;  ///< for [device]; empty: none is needed
   std::string words;
-  std::string more;                 ///< further lines of [device]
+  std::string scene_hint{};         ///< what the scene has to state for this device
+  std::string more{};               ///< further lines of [device]
   std::string product{}, serial{};  ///< as it states them; empty: it does not
   double latency_ms = 0;            ///< its own; 0: none, or it has not been asked
 };
@@ -56,9 +57,21 @@ std::string address_of(const hal::PluggedDevice& d) {
 }
 
 std::string toml_of(const Listed& listed) {
-  std::string text = "[device]\ndriver = \"" + std::string(listed.row->name) + "\"\n";
+  std::string text = "scene = \"SCENE.rtscene\"    # fill in" + listed.scene_hint +
+                     "\n[device]\ndriver = \"" + std::string(listed.row->name) + "\"\n";
   if (!listed.address.empty()) text += "address = \"" + listed.address + "\"\n";
   return text + listed.more;
+}
+
+/// What the gate of a run would ask of the scene of a device that a bridge has found.
+std::string scene_hint_of(const BridgeAnswer& device) {
+  std::string keys;
+  if (device.max_stiffness_n_per_m > 0)
+    keys = formatted("k_f_n_per_m in [rendering] at most %.4g", device.max_stiffness_n_per_m);
+  if (device.has_force && !(device.mass_kg > 0))
+    keys += std::string(keys.empty() ? "" : ", and ") +
+            "a [device] with mass_kg and damping_ns_per_m, which this device does not state";
+  return keys.empty() ? "" : "; its scene.toml has " + keys;
 }
 
 /// Reasons for which a device that is plugged in cannot be opened now; empty: none is known.
@@ -81,7 +94,7 @@ std::vector<Listed> on_usb(const std::vector<hal::PluggedDevice>& plugged,
         const std::string name = device.product.empty() ? std::string(row.product) : device.product;
         // Another root stands for another machine, whose nodes are not here.
         const std::string words = options.root == "/" ? hindrance(row, node_of(device)) : "";
-        found.push_back({&row, name + " at " + device.bus_path, address_of(device), words, "",
+        found.push_back({&row, name + " at " + device.bus_path, address_of(device), words, "", "",
                          device.product, device.serial, 0});
       }
     }
@@ -94,19 +107,36 @@ struct Absent {
   std::string bridge, why;
 };
 
-/// Path of an adapter that stays the same: the first of its links that has its serial number, else
-/// one that is to be filled in.
-std::string port_of(const hal::SystemTree& tree, const hal::PluggedDevice& device) {
-  const std::string folder = "/dev/serial/by-id";
-  for (const std::string& name : tree.names(folder)) {
-    if (!device.serial.empty() && name.find(device.serial) != std::string::npos)
-      return folder + "/" + name;
-  }
-  return folder + "/...";
+constexpr const char* kSerialPorts = "/dev/serial/by-id";
+
+/// Lines of an arm at a serial port: nobody but its owner knows where its joints are.
+Listed arm_at(const hal::DriverRow& row, const std::string& name, const std::string& port) {
+  Listed arm{&row, name, "", ""};
+  if (row.name == "dynamixel")
+    arm.scene_hint = "; its scene.toml has a [device] with mass_kg and damping_ns_per_m of the arm";
+  arm.more = "port = \"" + port +
+             "\"\n"
+             "urdf = \"ARM.urdf\"      # fill in: the arm's robot description\n"
+             "base_link = \"BASE\"     # fill in: its link that stands still\n"
+             "tip_link = \"HANDLE\"    # fill in: its link that the hand holds\n"
+             "# trigger_id = 7, trigger_rad = \"OPEN CLOSED\": the servo that the hand pulls as "
+             "deadman switch\n"
+             "# offsets_rad, signs: where servos and joints count from other places or the other "
+             "way\n";
+  return arm;
 }
 
-/// An arm is not asked: who it is stands in a description that its owner has.
-std::vector<Listed> on_servo_adapters(const hal::SystemTree& tree,
+/// Name of an adapter's port that stays the same: the first that has its serial number.
+std::string port_of(const std::vector<std::string>& ports, const hal::PluggedDevice& device) {
+  const auto at = std::ranges::find_if(ports, [&](const std::string& port) {
+    return !device.serial.empty() && port.find(device.serial) != std::string::npos;
+  });
+  return at != ports.end() ? *at : std::string();
+}
+
+/// Adapters of servos. An arm is not asked: who it is stands in a description that its owner has.
+/// The ports of the adapters are taken out of `ports`.
+std::vector<Listed> on_servo_adapters(std::vector<std::string>& ports,
                                       const std::vector<hal::PluggedDevice>& plugged) {
   std::vector<Listed> found;
   for (const hal::PluggedDevice& device : plugged) {
@@ -115,14 +145,27 @@ std::vector<Listed> on_servo_adapters(const hal::SystemTree& tree,
     const hal::DriverRow* const row =
         adapter != nullptr ? hal::find_driver(adapter->bridge) : nullptr;
     if (row == nullptr || !needs_port(*row)) continue;
-    const std::string keys = "port = \"" + port_of(tree, device) +
-                             "\"\nurdf = \"arm.urdf\"        # the arm's robot description\n"
-                             "base_link = \"base\"       # links of it: where it stands,\n"
-                             "tip_link = \"gripper\"     # and what the hand holds\n";
-    found.push_back({row, std::string(adapter->name) + " at " + device.bus_path, "",
-                     "an adapter; the servos behind it are asked when a session begins", keys});
+    const std::string port = port_of(ports, device);
+    std::erase(ports, port);
+    Listed arm = arm_at(*row, std::string(adapter->name) + " at " + device.bus_path,
+                        std::string(kSerialPorts) + "/" + (port.empty() ? "..." : port));
+    arm.words = "an adapter; the servos behind it are asked when a session begins";
+    found.push_back(std::move(arm));
   }
   return found;
+}
+
+/// An arm may be at any other serial port, by either kind of servos.
+std::vector<Listed> on_other_ports(const std::vector<std::string>& ports) {
+  std::vector<Listed> possible;
+  for (const std::string& port : ports) {
+    for (const hal::DriverRow& row : hal::driver_rows()) {
+      if (row.is_bridged && needs_port(row))
+        possible.push_back(arm_at(row, std::string(row.product) + ", if they are at " + port,
+                                  std::string(kSerialPorts) + "/" + port));
+    }
+  }
+  return possible;
 }
 
 std::vector<Listed> by_bridges(std::vector<Absent>& absent) {
@@ -131,10 +174,39 @@ std::vector<Listed> by_bridges(std::vector<Absent>& absent) {
     if (!row.is_bridged || needs_port(row)) continue;
     const BridgeAnswer answer = probe_bridge(bridge_program(), std::string(row.name));
     if (answer.found)
-      found.push_back({&row, answer.name, "", answer.words, "", answer.product, answer.serial,
-                       answer.latency_ms});
+      found.push_back({&row, answer.name, "", answer.words, scene_hint_of(answer), "",
+                       answer.product, answer.serial, answer.latency_ms});
     else
       absent.push_back({std::string(row.name), answer.why});
+  }
+  return found;
+}
+
+/// Lines for an arm at each serial adapter that Linux has found: nobody but its owner knows which
+/// servos are on it, and where its joints are.
+std::vector<Listed> at_adapters(const std::string& root) {
+  const std::string folder = "/dev/serial/by-id";
+  std::vector<Listed> found;
+  for (const std::string& name : hal::SystemTree(root).names(folder)) {
+    const std::string path = (root == "/" ? "" : root) + folder + "/" + name;
+    for (const char* const driver : {"dynamixel", "feetech"}) {
+      const hal::DriverRow* const row = hal::find_driver(driver);
+      Listed arm{row, std::string(row->product) + ", if they are at " + name, "", "", "", "", 0, "",
+                 ""};
+      if (std::string_view(driver) == "dynamixel")
+        arm.scene_hint =
+            "; its scene.toml has a [device] with mass_kg and damping_ns_per_m of the arm";
+      arm.more_keys = "port = \"" + path +
+                      "\"\n"
+                      "urdf = \"ARM.urdf\"      # fill in: the arm's robot description\n"
+                      "base_link = \"BASE\"     # fill in: its link that stands still\n"
+                      "tip_link = \"HANDLE\"    # fill in: its link that the hand holds\n"
+                      "# trigger_id = 7, trigger_rad = \"OPEN CLOSED\": the servo that the hand "
+                      "pulls as deadman switch\n"
+                      "# offsets_rad, signs: where servos and joints count from other places or "
+                      "the other way\n";
+      found.push_back(std::move(arm));
+    }
   }
   return found;
 }
@@ -146,16 +218,20 @@ std::string indented(const std::string& text) {
   return shown;
 }
 
-std::string text_of(const std::vector<Listed>& found, const std::vector<Absent>& absent) {
+std::string lines_of(const Listed& listed) {
+  std::string text = listed.name + ": driver " + std::string(listed.row->name) +
+                     ", tested against " + std::string(listed.row->tested) + "\n";
+  if (!listed.words.empty()) text += "  " + listed.words + "\n";
+  if (listed.latency_ms > 0)
+    text += formatted("  %g ms of latency of its own\n", listed.latency_ms);
+  return text + indented(toml_of(listed));
+}
+
+std::string text_of(const std::vector<Listed>& found, const std::vector<Listed>& possible,
+                    const std::vector<Absent>& absent) {
   std::string text;
-  for (const Listed& listed : found) {
-    text += listed.name + ": driver " + std::string(listed.row->name) + ", tested against " +
-            std::string(listed.row->tested) + "\n";
-    if (!listed.words.empty()) text += "  " + listed.words + "\n";
-    if (listed.latency_ms > 0)
-      text += formatted("  %g ms of latency of its own\n", listed.latency_ms);
-    text += indented(toml_of(listed)) + "\n";
-  }
+  for (const Listed& listed : found) text += lines_of(listed) + "\n";
+  for (const Listed& listed : possible) text += lines_of(listed) + "\n";
   if (!absent.empty()) text += "Not found:\n";
   for (const Absent& each : absent) text += "  " + each.bridge + ": " + each.why + "\n";
   if (found.empty())
@@ -166,18 +242,24 @@ std::string text_of(const std::vector<Listed>& found, const std::vector<Absent>&
          ". Put the lines of one into a file and try it: run_device run FILE\n";
 }
 
-ordered_json json_of(const std::vector<Listed>& found, const std::vector<Absent>& absent) {
-  ordered_json json{{"devices", ordered_json::array()}, {"absent", ordered_json::array()}};
-  for (const Listed& listed : found)
-    json["devices"].push_back({{"driver", listed.row->name},
-                               {"name", listed.name},
-                               {"product", listed.product},
-                               {"serial", listed.serial},
-                               {"latency_ms", listed.latency_ms},
-                               {"address", listed.address},
-                               {"words", listed.words},
-                               {"tested", listed.row->tested},
-                               {"toml", toml_of(listed)}});
+ordered_json json_of(const std::vector<Listed>& found, const std::vector<Listed>& possible,
+                     const std::vector<Absent>& absent) {
+  const auto all = [](const std::vector<Listed>& devices) {
+    ordered_json json = ordered_json::array();
+    for (const Listed& listed : devices)
+      json.push_back({{"driver", listed.row->name},
+                      {"name", listed.name},
+                      {"product", listed.product},
+                      {"serial", listed.serial},
+                      {"latency_ms", listed.latency_ms},
+                      {"address", listed.address},
+                      {"words", listed.words},
+                      {"tested", listed.row->tested},
+                      {"toml", toml_of(listed)}});
+    return json;
+  };
+  ordered_json json{
+      {"devices", all(found)}, {"possible", all(possible)}, {"absent", ordered_json::array()}};
   for (const Absent& each : absent)
     json["absent"].push_back({{"bridge", each.bridge}, {"why", each.why}});
   return json;
@@ -186,15 +268,17 @@ ordered_json json_of(const std::vector<Listed>& found, const std::vector<Absent>
 int list(const ListOptions& o) {
   const hal::SystemTree tree(o.root);
   const std::vector<hal::PluggedDevice> plugged = hal::plugged_devices(tree);
+  std::vector<std::string> ports = tree.names(kSerialPorts);
   std::vector<Listed> found = on_usb(plugged, o);
-  for (Listed& listed : on_servo_adapters(tree, plugged)) found.push_back(std::move(listed));
+  for (Listed& listed : on_servo_adapters(ports, plugged)) found.push_back(std::move(listed));
+  const std::vector<Listed> possible = on_other_ports(ports);
   std::vector<Absent> absent;
   for (Listed& listed : by_bridges(absent)) found.push_back(std::move(listed));
   const std::string text =
-      o.json
-          ? json_of(found, absent).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
-                "\n"
-          : text_of(found, absent);
+      o.json ? json_of(found, possible, absent)
+                       .dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
+                   "\n"
+             : text_of(found, possible, absent);
   std::fwrite(text.data(), 1, text.size(), stdout);
   return found.empty() ? kExitDeviceOrOs : kExitDone;
 }
@@ -207,7 +291,9 @@ Command add_list_command(CLI::App& program) {
       "list",
       "Lists the devices that are plugged in or reached by a bridge, how each was tested, and the "
       "lines of a configuration for it.");
-  app->add_flag("--json", o->json, "as JSON: devices, and why the other bridges found none");
+  app->add_flag("--json", o->json,
+                "as JSON: devices, arms that may be at a serial adapter, and why the other bridges "
+                "found none");
   app->add_option("--root", o->root, "folder to look at instead of / for what Linux has found");
   app->footer("Exit codes: 0 done, 2 usage, 4 no device was found.");
   return {app, [o] { return list(*o); }, "run_device list"};

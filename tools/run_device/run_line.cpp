@@ -48,7 +48,8 @@ hal::LinkSettings RunLine::link_settings(const SceneBytes& scene) {
   settings.wake_servo = clocks_loop(config_, number_);
   settings.answer_wait_ns = settings.wake_servo ? config_.loop.period_ns / 2 : 0;
   settings.limits = limits_;
-  gate_.emplace(fit_question(config_, scene, number_), limits_);
+  settings.force_share = static_cast<Real>(share_);
+  gate_.emplace(fit_question(config_, scene, number_), limits_, settings.force_share);
   settings.accept = [this](const hal::DeviceCapabilities& c) { return admit(c); };
   settings.gripper = device_.gripper;
   if (!device_.deadman_input.path.empty()) {

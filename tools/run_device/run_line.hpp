@@ -36,7 +36,10 @@ class RunLine {
   /// @throws OsError  it cannot be started.
   void start_bridge();
   /// Before the link is made: a share of force and torque, on a machine that is not fit.
-  void lower(double share) { limits_ = lowered(limits_, share); }
+  void lower(double share) {
+    limits_ = lowered(limits_, share);
+    share_ = share;
+  }
   void make_link(const hal::DeviceMailbox& mailbox, hal::ZeroHolder& keeper,
                  const SceneBytes& scene);
   [[nodiscard]] hal::DeviceLink& link() { return *link_; }
@@ -91,6 +94,7 @@ class RunLine {
   std::unique_ptr<hal::ProcessPeer> socket_;
   std::unique_ptr<hal::KeySwitch> deadman_;
   SafetyLimits limits_;             ///< the configuration's, lowered as the machine is not fit
+  double share_ = 1;                ///< by which they are lowered, and what the device states
   std::optional<DeviceGate> gate_;  ///< made with the link
   std::unique_ptr<hal::DeviceLink> link_;
   mutable std::mutex stated_mutex_;

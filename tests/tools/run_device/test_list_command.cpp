@@ -83,7 +83,7 @@ TEST_SUITE("tools.run_device.list") {
           "ROBOTIS U2D2 at 1-5: driver dynamixel",
           "    port = "
           "\"/dev/serial/by-id/usb-FTDI_USB__-__Serial_Converter_FT4TH-if00-port0\"\n",
-          "    urdf = \"arm.urdf\"",
+          "    urdf = \"ARM.urdf\"",
           "servo board of SO-100, SO-101, Waveshare at 1-6: driver feetech",
           "    port = \"/dev/serial/by-id/...\"\n", "run_device run FILE\n"}) {
       CAPTURE(text);
