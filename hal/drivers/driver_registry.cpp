@@ -2,6 +2,7 @@
 #include "hal/drivers/driver_registry.hpp"
 
 #include <array>
+#include <cmath>
 #include <sstream>
 
 #include "hal/drivers/falcon_driver.hpp"
@@ -86,6 +87,22 @@ std::unique_ptr<Driver> make_bridged(const DriverOptions& /*options*/, DriverDef
   ReferenceSettings settings;
   settings.capabilities.driven_dof = driven_dof;
   return std::make_unique<ReferenceDriver>(settings);
+}
+
+/// A device has one name, and its number is whole.
+std::unique_ptr<Driver> make_force_dimension(const DriverOptions& options, DriverDefect& defect) {
+  const double* const serial = options.value<double>("serial");
+  const double* const index = options.value<double>("index");
+  const auto is_whole = [](const double* v) { return v == nullptr || *v == std::floor(*v); };
+  if (serial != nullptr && index != nullptr) {
+    defect = {"index", "names a device that serial names too; remove one of the two"};
+    return nullptr;
+  }
+  if (!is_whole(serial) || !is_whole(index)) {
+    defect = {is_whole(serial) ? "index" : "serial", "must be a whole number"};
+    return nullptr;
+  }
+  return make_bridged<kDofAll>(options, defect);
 }
 
 std::unique_ptr<Driver> make_polhem(const DriverOptions& options, DriverDefect& /*defect*/) {
@@ -215,7 +232,7 @@ constexpr std::array kRows = {
               kOpenHapticsKeys, make_bridged<kDofAll>, nullptr, true},
     DriverRow{"forcedimension", "Force Dimension sigma, lambda; omega, delta (force alone)",
               "By libdhd of the Force Dimension SDK 3.x, which you install.",
-              "a stand-in of ours for libdhd", kForceDimensionKeys, make_bridged<kDofAll>, nullptr,
+              "a stand-in of ours for libdhd", kForceDimensionKeys, make_force_dimension, nullptr,
               true},
     DriverRow{"dynamixel", "Leader arms on DYNAMIXEL X servos",
               "GELLO, FACTR, Koch and their kin, by their URDF: a cue, not a surface.",

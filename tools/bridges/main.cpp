@@ -148,7 +148,9 @@ int run(const BridgeRow& row, const BridgeOptions& o) {
     throw OsError("capabilities cannot be given up: " +
                   std::generic_category().message(kept.error));
   hal::DriverDefect defect;
-  std::unique_ptr<hal::BridgedDevice> device = row.make(options, defect);
+  // The bridge is refused for all that a configuration is refused for.
+  const bool is_right = driver.make(options, defect) != nullptr;
+  std::unique_ptr<hal::BridgedDevice> device = is_right ? row.make(options, defect) : nullptr;
   if (device == nullptr) throw UsageError("--" + std::string(defect.key) + ": " + defect.text);
   if (record != nullptr) device = recorded(std::move(device), driver, options, *record);
   return o.probe ? probe(*device, std::string(row.name), o.json) : serve(*device, o);

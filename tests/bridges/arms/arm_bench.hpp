@@ -4,7 +4,11 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
+#include <utility>
+#include <vector>
 
 #include "hal/bridge/bridged_device.hpp"
 #include "tests/bridges/arms/pty_bus.hpp"
@@ -48,6 +52,50 @@ inline hal::BridgeRead read_for(hal::BridgedDevice& device, hal::BridgeSample& s
   static_cast<void>(read_until(
       device, sample, last, [] { return false; }, ms, wrench));
   return last;
+}
+
+/// Servo 1 goes on by 8 steps at each question, and some answers are late: samples whose pose is
+/// not that of the question at their time. @return their count, and -1 where there were too few
+/// samples.
+template <typename Emulator>
+int samples_of_other_questions(Emulator& bus, hal::BridgedDevice& device) {
+  constexpr int kStep = 8, kATurn = 4096 / kStep;
+  const auto yaw = [](const hal::BridgeSample& s) {
+    return 2 * std::atan2(static_cast<double>(s.pose_dh.q_xyzw[2]),
+                          static_cast<double>(s.pose_dh.q_xyzw[3]));
+  };
+  hal::BridgeSample sample;
+  hal::BridgeRead last = hal::BridgeRead::kSilent;
+  REQUIRE(read_until(device, sample, last, [&] { return last == hal::BridgeRead::kNew; }));
+  const double begin = yaw(sample);
+  bus.with([&](auto& b) {
+    b.asked_ns.clear();
+    b.counts_a_question = kStep;
+  });
+  std::vector<std::pair<std::int64_t, int>> seen;
+  for (int k = 0; k < 6; ++k) {
+    bus.with([](auto& b) { b.late_once_ms = 30; });
+    static_cast<void>(read_until(
+        device, sample, last,
+        [&] {
+          if (last == hal::BridgeRead::kNew)
+            seen.emplace_back(sample.sampled_ns,
+                              static_cast<int>(std::lround((yaw(sample) - begin) * 4096 /
+                                                           (2 * 3.141592653589793 * kStep))));
+          return false;
+        },
+        90));
+  }
+  const std::vector<std::int64_t> asked = bus.with([](auto& b) { return b.asked_ns; });
+  int others = 0, judged = 0;
+  for (const auto& [sampled_ns, steps] : seen) {
+    const auto number = static_cast<std::size_t>((steps % kATurn + kATurn) % kATurn);
+    if (number == 0 || number > asked.size()) continue;
+    ++judged;
+    // The servo heard the question of this pose before the one that the sample is of was asked.
+    if (asked[number - 1] < sampled_ns) ++others;
+  }
+  return judged < 10 ? -1 : others;
 }
 
 }  // namespace haptic::test

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <span>
+#include <utility>
 
 namespace haptic::test {
 namespace {
@@ -153,6 +154,10 @@ void DynamixelEmulator::answer(int id, int error, std::vector<std::uint8_t> data
 /// there nothing comes.
 void DynamixelEmulator::answer_together(std::size_t address, std::size_t size,
                                         std::span<const std::uint8_t> ids) {
+  if (address <= 132 && address + size > 132) {
+    asked_ns.push_back(steady_ns());
+    set(servos_[1], 132, 4, get(servos_[1], 132, 4) + counts_a_question);
+  }
   std::vector<std::uint8_t> bytes = {0xff, 0xff, 0xfd, 0, 0xfe, 0, 0, 0x55};
   set_length(bytes, 1 + ids.size() * (size + 4));
   for (const int id : ids) {
@@ -168,7 +173,8 @@ void DynamixelEmulator::answer_together(std::size_t address, std::size_t size,
 }
 
 void DynamixelEmulator::send(std::vector<std::uint8_t> bytes) {
-  if (delay_ms > 0) std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
+  const int wait_ms = delay_ms + std::exchange(late_once_ms, 0);
+  if (wait_ms > 0) std::this_thread::sleep_for(std::chrono::milliseconds(wait_ms));
   if (damage > 0) {
     --damage;
     bytes[bytes.size() / 2] ^= 0x10;

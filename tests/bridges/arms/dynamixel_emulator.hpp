@@ -66,6 +66,9 @@ class DynamixelEmulator final : public PtyBus {
   std::int64_t watchdog_unit_ns = 1'000'000'000;  ///< 20 ms where a test is about it
   int damage = 0;                                 ///< so many answers get a wrong bit
   int delay_ms = 0;                               ///< before each answer
+  int late_once_ms = 0;                           ///< before the next one
+  int counts_a_question = 0;                      ///< servo 1 has gone on by so many at each
+  std::vector<std::int64_t> asked_ns;             ///< when positions were asked for
   int rejected_goals = 0, instructions = 0;
   std::vector<Goals> goals;
 

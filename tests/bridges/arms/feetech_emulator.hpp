@@ -3,7 +3,10 @@
 /// STS servos on a bus, from the published protocol alone: it shares no code with the bridge, and
 /// the official SDK reads and writes it (feetech_sdk_check.py).
 
+#include <chrono>
 #include <map>
+#include <thread>
+#include <utility>
 
 #include "tests/bridges/arms/pty_bus.hpp"
 
@@ -42,8 +45,11 @@ class FeetechEmulator final : public PtyBus {
     servo.table[57] = static_cast<std::uint8_t>((size >> 8 & 0x7f) | (counts < 0 ? 0x80 : 0));
   }
 
-  int damage = 0;  ///< so many answers get a wrong bit
-  int writes = 0;  ///< of any register
+  int damage = 0;                      ///< so many answers get a wrong bit
+  int writes = 0;                      ///< of any register
+  int late_once_ms = 0;                ///< before the next answer
+  int counts_a_question = 0;           ///< servo 1 has gone on by so many at each
+  std::vector<std::int64_t> asked_ns;  ///< when positions of all were asked for
 
  private:
   void serve(std::int64_t /*now_ns*/) override {
@@ -69,6 +75,9 @@ class FeetechEmulator final : public PtyBus {
   void obey(const std::vector<std::uint8_t>& packet) {
     const int id = packet[2], instruction = packet[4];
     if (instruction == 0x82) {
+      asked_ns.push_back(steady_ns());
+      turn(servos_[1],
+           (servos_[1].table[56] + 256 * servos_[1].table[57] + counts_a_question) % 4096);
       for (std::size_t k = 7; k + 1 < packet.size(); ++k) read(packet[k], packet[5], packet[6]);
     } else if (instruction == 0x02) {
       read(id, packet[5], packet[6]);
@@ -97,6 +106,8 @@ class FeetechEmulator final : public PtyBus {
       --damage;
       bytes[bytes.size() / 2] ^= 0x10;
     }
+    if (late_once_ms > 0)
+      std::this_thread::sleep_for(std::chrono::milliseconds(std::exchange(late_once_ms, 0)));
     say(bytes);
   }
 

@@ -262,6 +262,13 @@ TEST_SUITE("bridges.dynamixel_device") {
     });
   }
 
+  TEST_CASE("an answer that comes late is not taken for that of the newest question") {
+    DynamixelEmulator bus(6, kXc330);
+    RunningArm arm(dynamixel_settings(bus));
+    CHECK(test::samples_of_other_questions(bus, arm.device) == 0);
+    CHECK(arm.device.cycles().missed > 0);
+  }
+
   TEST_CASE("a servo that is missing: named at the start, lost in the run, the others let go") {
     DynamixelEmulator bus(6, kXc330);
     bus.with([](auto& b) { b.servo(4).silent = true; });

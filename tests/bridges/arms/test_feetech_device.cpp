@@ -83,6 +83,15 @@ TEST_SUITE("bridges.feetech_device") {
     CHECK(device.read(test::steady_ns(), sample) == BridgeRead::kLost);
   }
 
+  TEST_CASE("an answer that comes late is not taken for that of the newest question") {
+    FeetechEmulator bus(6);
+    FeetechDevice device(test::leader_settings(bus.path()));
+    std::string why;
+    REQUIRE(device.open(why));
+    CHECK(test::samples_of_other_questions(bus, device) == 0);
+    CHECK(device.cycles().missed > 0);
+  }
+
   TEST_CASE("open: a servo that holds its position is named, and not let go") {
     FeetechEmulator bus(6);
     bus.with([](auto& b) { b.servo(5).table[40] = 1; });

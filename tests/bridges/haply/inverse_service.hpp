@@ -78,6 +78,8 @@ class InverseService {
   void stall_once(std::int64_t length_ns) { stall_ns_ = length_ns; }
   /// The next `count` answers are wrong.
   void answer_wrongly(WrongAnswer how, unsigned count);
+  /// The next `count` answers are sent twice.
+  void answer_twice(unsigned count) { twice_left_ = count; }
   /// A force of another program, which adds to that of all sessions.
   void exert(const std::array<double, 3>& other_n);
 
@@ -116,7 +118,7 @@ class InverseService {
   unsigned wrong_left_ = 0;
 
   std::atomic<std::int64_t> stall_ns_{0};
-  std::atomic<unsigned> open_sessions_{0}, messages_{0};
+  std::atomic<unsigned> open_sessions_{0}, messages_{0}, twice_left_{0};
   std::atomic<bool> is_over_{false};
 };
 

@@ -287,6 +287,33 @@ TEST_SUITE("bridges.haply_device") {
     int not_understood = 0;
     for (const Exerted& e : b.service.log()) not_understood += e.was_understood ? 0 : 1;
     CHECK(not_understood > 5);
+    // The service tells that it exerts nothing.
+    b.run(5'000, half, [&] { return (b.faults & kDeviceDriveFault) != 0; });
+    CHECK((b.faults & kDeviceDriveFault) != 0);
+    b.device->close();
+    REQUIRE(b.open());
+    CHECK(has(b.device->facts().words, "exerts nothing of the force"));
+  }
+
+  TEST_CASE("an answer too many is passed over: the next pose is that of its own question") {
+    HaplyBench b(InverseKind::k35);
+    REQUIRE(b.open());
+    unsigned least = 1'000;
+    for (int k = 0; k < kTries && least > 4; ++k) {
+      b.service.answer_twice(8);
+      b.run(30, nullptr);
+      TableDevice moved = b.service.device();
+      moved.position_m[0] += 0.01;
+      b.service.set(moved);
+      const unsigned before = b.service.messages();
+      const auto is_there = [&] {
+        return std::abs(static_cast<double>(b.sample.pose_dh.p_m[0]) - moved.position_m[0]) < 1e-6;
+      };
+      b.run(200, nullptr, is_there);
+      CHECK(is_there());
+      least = std::min(least, b.service.messages() - before);
+    }
+    CHECK(least <= 4);  // those 8 answers would come first
   }
 
   TEST_CASE("a stall of 5 periods: the force goes on") {

@@ -167,7 +167,9 @@ void SpacenavEmulator::answer(Client& client, Words unit) {
     default:
       unit[7] = -1;
   }
-  put(client.fd, unit.data(), sizeof unit);
+  std::vector<std::int32_t> words(unit.begin(), unit.end());
+  words.insert(words.end(), behind_.begin(), behind_.end());
+  put(client.fd, words.data(), words.size() * sizeof words[0]);
 }
 
 void SpacenavEmulator::answer_text(Client& client, std::int32_t type, const std::string& text) {

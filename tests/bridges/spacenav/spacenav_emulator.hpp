@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace haptic::test {
@@ -46,6 +47,8 @@ class SpacenavEmulator {
   void answer_after(int ms) { answer_after_ms_ = ms; }
   /// Answers nothing from now on, or again.
   void be_mute(bool mute) { mute_ = mute; }
+  /// Behind each answer, in one piece with it.
+  void say_behind_answers(std::vector<std::int32_t> words) { behind_ = std::move(words); }
   /// Answers no request but that for a version.
   void answer_version_alone(bool alone) { version_alone_ = alone; }
 
@@ -91,6 +94,7 @@ class SpacenavEmulator {
   int listening_ = -1;
   int wake_[2] = {-1, -1};
   std::vector<Client> clients_;
+  std::vector<std::int32_t> behind_;
   bool plugged_ = false;
   EmulatedDevice device_;
   std::array<std::int16_t, 6> raw_{};     ///< by axis of the device, as the kernel has it

@@ -158,6 +158,19 @@ TEST_SUITE("bridges.spacenav") {
     bench.bridge.close();
   }
 
+  TEST_CASE("open: a motion that came behind the last answer is over; a button stays pressed") {
+    SpacenavBench bench;
+    REQUIRE(bench.started);
+    bench.daemon.say_behind_answers({0, 500, 500, 500, 0, 0, 0, 8, 1, 3, 1, 0, 0, 0, 0, 0});
+    REQUIRE(bench.open() == "");
+    for (int ms = 0; ms < 20; ++ms) {
+      REQUIRE(bench.read((1'000 + ms) * kEventMs_ns) != BridgeRead::kLost);
+      CHECK(vec3_of(bench.sample.pose_dh.p_m).norm() == 0);
+    }
+    CHECK(bench.sample.switches == 8);
+    CHECK(bench.bridge.counts().unknown == 0);
+  }
+
   TEST_CASE("open: version 0 after 0.3 s, with a sensitivity that is a number again") {
     SpacenavBench bench(0);
     REQUIRE(bench.open() == "");

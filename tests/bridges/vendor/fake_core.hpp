@@ -126,7 +126,10 @@ inline void set_wrench(const double* f, const double* t) {
     all.torque[k].store(t[k]);
   }
   const auto norm = static_cast<float>(std::sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]));
-  all.history_n[all.wrenches.load() % haptic::fake::kHistory].store(norm);
+  const std::uint64_t at = all.wrenches.load() % haptic::fake::kHistory;
+  all.history_n[at].store(norm);
+  for (int k = 0; k < 3; ++k) all.history_xyz_n[at][k].store(static_cast<float>(f[k]));
+  all.history_us[at].store(now_us());
   all.wrenches.fetch_add(1);
 }
 

@@ -12,7 +12,7 @@
 
 namespace haptic::fake {
 
-inline constexpr unsigned kHistory = 8192;
+inline constexpr unsigned kHistory = 65536;
 
 struct Trace {
   std::atomic<std::uint64_t> frames{0};    ///< poses asked for
@@ -26,6 +26,8 @@ struct Trace {
   std::atomic<int> updates{0};                  ///< of the calibration
   std::atomic<double> force[3]{}, torque[3]{};  ///< that act
   std::atomic<float> history_n[kHistory]{};     ///< norms of the forces that were set
+  std::atomic<float> history_xyz_n[kHistory][3]{};
+  std::atomic<std::int64_t> history_us[kHistory]{};  ///< of CLOCK_MONOTONIC
   // What a test sets.
   std::atomic<int> is_fixed{0};  ///< the pose below, instead of the simulated one
   std::atomic<double> position_m[3]{};

@@ -120,7 +120,10 @@ FAKE_EXPORT void hdEnable(unsigned capability) {
 FAKE_EXPORT void hdDisable(unsigned capability) {
   if (capability < 0x4000 || capability > 0x4004) return push(0x0100);
   g_enabled.fetch_and(~(1u << (capability - 0x4000)));
-  if (capability == 0x4000) trace().force_on.store(0);
+  if (capability != 0x4000) return;
+  trace().force_on.store(0);
+  const double none[3] = {};
+  set_wrench(none, none);
 }
 FAKE_EXPORT unsigned char hdIsEnabled(unsigned capability) {
   return (g_enabled.load() >> (capability - 0x4000)) & 1u;

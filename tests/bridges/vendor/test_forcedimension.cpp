@@ -81,11 +81,13 @@ TEST_CASE("a device that is not there, and keys that name none") {
   CHECK(DhdBench({{"index", 0.0}}).refusal().empty());
   hal::DriverOptions options;
   options.values = {{"serial", 4711.0}, {"index", 0.0}};
+  // At the configuration, before a bridge is started.
   hal::DriverDefect defect;
-  CHECK(make_forcedimension(options, defect) == nullptr);
+  const hal::DriverRow& row = *hal::find_driver("forcedimension");
+  CHECK(row.make(options, defect) == nullptr);
   CHECK(defect.key == "index");
   options.values = {{"serial", 4711.5}};
-  CHECK(make_forcedimension(options, defect) == nullptr);
+  CHECK(row.make(options, defect) == nullptr);
   CHECK(defect.key == "serial");
   const FakeEnvironment controller("", "81");
   CHECK(contains(DhdBench().refusal(), "no base that moves"));

@@ -193,7 +193,6 @@ TEST_CASE("a frame that blocks for a second is silence, and no force afterwards"
     b.run(1, [](int) { return ramp(60, 3); });
     return b.trace->frames.load() >= 600;
   }));
-  CHECK_FALSE(b.device->release(hal::monotonic_ns()));  // it cannot be handed over now
   int silent = 0, looks = 0;
   while (b.look() != BridgeRead::kNew || looks < 20) {
     silent += b.device->read(hal::monotonic_ns(), b.sample) == BridgeRead::kSilent ? 1 : 0;
@@ -204,6 +203,31 @@ TEST_CASE("a frame that blocks for a second is silence, and no force afterwards"
   CHECK(silent > 100);
   CHECK(b.release());
   CHECK(b.force().norm() == 0);
+}
+
+TEST_CASE("a scheduler that stalls is lost after 100 ms, and its force goes off before its end") {
+  const FakeEnvironment environment("blocks@600", "", 4000);
+  HdBench b;
+  REQUIRE(b.open());
+  REQUIRE(b.reach(3));
+  REQUIRE(b.run_until([&] {
+    b.run(1, [](int) { return ramp(60, 3); });
+    return b.trace->frames.load() >= 600;
+  }));
+  const std::int64_t asked_ns = hal::monotonic_ns();
+  CHECK_FALSE(b.device->release(asked_ns));
+  REQUIRE(b.run_until([&] { return b.look() == BridgeRead::kLost; }));
+  const std::int64_t lost_ns = hal::monotonic_ns();
+  CHECK(lost_ns - asked_ns >= 100'000'000);
+  CHECK(lost_ns - asked_ns < 1'500'000'000);
+  CHECK(b.trace->force_on.load() == 1);
+  b.device->close();
+  const std::uint64_t last = b.trace->wrenches.load() - 1;
+  CHECK(b.force().norm() == 0);
+  CHECK(b.trace->history_us[last % fake::kHistory].load() * 1000 - lost_ns < 1'500'000'000);
+  // The call is still held up: nobody else may open the device meanwhile.
+  REQUIRE(b.run_until([&] { return b.trace->force_on.load() == 0; }));
+  REQUIRE(b.run_until([&] { return b.open() || !contains(b.why, "has not returned"); }));
 }
 
 TEST_CASE(
@@ -269,6 +293,31 @@ TEST_CASE("calibration: by hand it is told, by an update it waits for a frame wi
   REQUIRE(b.run_until([&] { return b.sample.calibrated; }));
   CHECK(b.trace->updates.load() == 1);
   CHECK(b.trace->updated_n.load() == 0);
+}
+
+TEST_CASE(
+    "calibration: with the drives on and no force in them it waits, and is told for 50 frames") {
+  HdBench b;
+  REQUIRE(b.open());
+  REQUIRE(b.reach(2));
+  const std::uint64_t from = b.trace->frames.load();
+  // Through zero, as a force that changes its sign.
+  REQUIRE(b.run_until([&] {
+    b.run(1, [](int) { return Wrench{}; });
+    return b.force().norm() == 0;
+  }));
+  b.trace->needs_update.store(1);
+  REQUIRE(b.run_until([&] {
+    b.run(1, [](int) { return Wrench{}; });
+    return b.trace->frames.load() > from + 100;
+  }));
+  CHECK(b.trace->updates.load() == 0);
+  CHECK_FALSE(b.sample.calibrated);
+  CHECK(b.release());
+  REQUIRE(b.run_until([&] { return b.trace->updates.load() == 1; }));
+  const std::uint64_t updated = b.trace->frames.load();
+  REQUIRE(b.run_until([&] { return b.sample.calibrated; }));
+  CHECK(b.trace->frames.load() - updated >= 40);
 }
 
 TEST_CASE("poses that are none are never passed on") {

@@ -19,7 +19,7 @@ using hal::BridgeRead;
 
 namespace {
 
-constexpr VendorLimits kLimits = {1'000'000, 10, 0.2_r};
+constexpr VendorLimits kLimits = {1'000'000, 10, 0.2_r, 0};
 
 class ScriptedHandle final : public VendorHandle {
  public:
@@ -105,9 +105,9 @@ TEST_CASE("an order that is too old cuts the force off until it is released") {
     CHECK(b.turn());
     CHECK_FALSE(b.handle.drives);
   }
-  CHECK_FALSE(b.exchange.release());
+  CHECK_FALSE(b.exchange.release(hal::monotonic_ns()));
   CHECK(b.turn());
-  CHECK(b.exchange.release());
+  CHECK(b.exchange.release(hal::monotonic_ns()));
   CHECK(b.turn());
   CHECK(b.look() == BridgeRead::kNew);
   CHECK(b.sample.faults == 0);
@@ -132,14 +132,14 @@ TEST_CASE("a release counts only once it was carried out") {
   b.start();
   b.handle.exerted = VendorResult::kRefused;
   for (int k = 0; k < 3; ++k) {
-    CHECK_FALSE(b.exchange.release());
+    CHECK_FALSE(b.exchange.release(hal::monotonic_ns()));
     CHECK(b.turn());
     CHECK_FALSE(b.handle.drives);
   }
   b.handle.exerted = VendorResult::kDone;
-  CHECK_FALSE(b.exchange.release());
+  CHECK_FALSE(b.exchange.release(hal::monotonic_ns()));
   CHECK(b.turn());
-  CHECK(b.exchange.release());
+  CHECK(b.exchange.release(hal::monotonic_ns()));
 }
 
 TEST_CASE("a call that fails cuts the force off, and the next order does not bring it back") {
@@ -228,7 +228,7 @@ TEST_CASE("any orders, ages and failures in any sequence keep the rules") {
     for (int k = 0; k < 1000; ++k) {
       CAPTURE(k);
       if (chance(0.05)) {
-        (void)b.exchange.release();
+        (void)b.exchange.release(hal::monotonic_ns());
         ordered_n = -1;
       } else if (chance(0.9)) {
         is_fresh = !chance(0.02);

@@ -16,6 +16,9 @@ constexpr std::int64_t kFeltDown_ns = 10'000'000, kFeltUp_ns = 50'000'000;
 constexpr std::int64_t kLongestStep_ns = 20'000'000;  ///< of a share: a program that was stopped
 constexpr std::int64_t kFaultShown_ns = 200'000'000;
 constexpr unsigned kCyclesPerWatchdog = 16;
+constexpr unsigned kCleanPoses = 64;  // then no answer is under way any more
+constexpr std::size_t kAnswerLengths =
+    12;  // an answer is given up for good before they are through
 
 /// Torque and watchdog on, with goals of zero: each is written to all joints and read back.
 struct SetupStep {
@@ -99,6 +102,8 @@ void DynamixelDevice::take(const DynamixelStatus& status, std::int64_t now_ns) n
   const Query query = query_;
   const bool is_single = query == Query::kError;
   if (status.id != (is_single ? servos_[error_servo_].id : kDynamixelBroadcast)) return;
+  // The answer to a question before, which has been given up.
+  if (!is_single && status.parameters.size() != answer_bytes()) return;
   query_ = Query::kNone;
   switch (query) {
     case Query::kPose:
@@ -122,11 +127,11 @@ void DynamixelDevice::take(const DynamixelStatus& status, std::int64_t now_ns) n
 
 void DynamixelDevice::take_pose(const DynamixelStatus& status, std::int64_t now_ns) noexcept {
   for (std::size_t k = 0; k < servo_count_; ++k) {
-    const DynamixelBlock block = block_of(status, k, kPresentBytes);
+    const DynamixelBlock block = block_of(status, k, present_bytes());
     if (block.id != servos_[k].id || (block.error & ~kAlertBit) != 0) return miss();
   }
   for (std::size_t k = 0; k < servo_count_; ++k) {
-    const DynamixelBlock block = block_of(status, k, kPresentBytes);
+    const DynamixelBlock block = block_of(status, k, present_bytes());
     Servo& servo = servos_[k];
     servo.alert = (block.error & kAlertBit) != 0;
     if (!servo.alert) servo.hardware_error = 0, servo.asked = false;
@@ -142,6 +147,7 @@ void DynamixelDevice::take_pose(const DynamixelStatus& status, std::int64_t now_
   place_ = place_of(settings_.arm.arm.model, angles_rad_);
   counts_.count(now_ns - started_ns_);
   zero_unanswered_ = false;
+  if (++clean_poses_ >= kCleanPoses) more_bytes_ = 0;
   posed_ns_ = started_ns_;  // a servo samples when it is asked
   posed_ = any_pose_ = true;
 }
@@ -177,7 +183,16 @@ void DynamixelDevice::take_setup(const DynamixelStatus& status) noexcept {
 void DynamixelDevice::miss() noexcept {
   if (query_ == Query::kError) servos_[error_servo_].asked = false;
   query_ = Query::kNone;
+  // Registers go on behind the position: the servos answer any number of bytes.
+  more_bytes_ = (more_bytes_ + 1) % kAnswerLengths;
+  clean_poses_ = 0;
   ++counts_.missed;
+}
+
+std::size_t DynamixelDevice::answer_bytes() const noexcept {
+  constexpr std::size_t kBlockBytes = 4;  // error, id, check sum
+  return query_ == Query::kPose ? servo_count_ * (present_bytes() + kBlockBytes)
+                                : joints() * (1 + kBlockBytes);
 }
 
 void DynamixelDevice::start_next(std::int64_t now_ns) noexcept {
@@ -214,7 +229,7 @@ void DynamixelDevice::start(Query query, std::int64_t now_ns) noexcept {
   if (phase_ == Phase::kRunning && !settings_.pose_only) add_goals(now_ns);
   switch (query) {
     case Query::kPose:
-      add_fast_read(kPresentCurrent, kPresentBytes, servo_count_);
+      add_fast_read(kPresentCurrent, present_bytes(), servo_count_);
       break;
     case Query::kWatchdog:
       add_fast_read(kBusWatchdog, 1, joints());

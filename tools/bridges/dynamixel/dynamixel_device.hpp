@@ -9,7 +9,8 @@
 ///
 /// | what goes wrong | what happens |
 /// |---|---|
-/// | an answer is late or damaged | no sample of that cycle; goals are written in the next one |
+/// | an answer is late or damaged | no sample of that cycle; goals are written in the next one, and
+/// its answer has another length, so that the late one is told apart |
 /// | 10 ms and two cycles without a sample | the wrench ramps to zero in 10 ms; the arm's weight
 /// stays carried | | 100 ms without a sample (a servo or a cable is missing) | kLost; `close` lets
 /// the weight go over 1 s | | the adapter is unplugged | kLost at once; the servos cut after 20 ms,
@@ -108,6 +109,10 @@ class DynamixelDevice final : public hal::BridgedDevice {
   [[nodiscard]] std::uint32_t faults(std::int64_t now_ns) const noexcept;
   void fill(hal::BridgeSample& sample, std::int64_t now_ns) const noexcept;
   [[nodiscard]] std::size_t joints() const noexcept { return settings_.arm.arm.model.joint_count; }
+  /// Bytes that a servo says of its presence in the newest question.
+  [[nodiscard]] std::size_t present_bytes() const noexcept { return kPresentBytes + more_bytes_; }
+  /// Length of the fast answer to the newest question.
+  [[nodiscard]] std::size_t answer_bytes() const noexcept;
 
   DynamixelSettings settings_;
   hal::BridgeFacts facts_;
@@ -125,6 +130,8 @@ class DynamixelDevice final : public hal::BridgedDevice {
   Query query_ = Query::kNone;   ///< that is being answered
   std::size_t error_servo_ = 0;  ///< of Query::kError
   std::size_t setup_step_ = 0;
+  std::size_t more_bytes_ = 0;  ///< 0 to 11, another one after each answer that has not come
+  unsigned clean_poses_ = 0;    ///< since then
   /// The cycle is a sixteenth shorter than the period that the facts state, so that each report has
   /// a sample of its own. An answer is late after late_ns_.
   std::int64_t cycle_ns_ = 0, late_ns_ = 0;

@@ -13,6 +13,8 @@ constexpr std::int64_t kFeetechAnswer_ns = 34'000'000, kFeetechLost_ns = 100'000
 constexpr std::int64_t kFeetechMeasure_ns = 1'000'000'000, kFeetechFrame_ns = 1'000'000;
 constexpr std::int64_t kFeetechLeastLate_ns = 4'000'000;
 constexpr int kCounts = 4096;
+constexpr unsigned kFeetechCleanPoses = 64;
+constexpr std::size_t kFeetechAnswerLengths = 12;  // as DynamixelDevice has it
 
 }  // namespace
 
@@ -178,7 +180,7 @@ hal::BridgeRead FeetechDevice::read(std::int64_t now_ns, hal::BridgeSample& samp
 
 void FeetechDevice::start(std::int64_t now_ns) noexcept {
   std::array<std::uint8_t, 2 + kMaxServos> parameters = {
-      feetech_register::kPresentPosition, static_cast<std::uint8_t>(kFeetechPresentBytes)};
+      feetech_register::kPresentPosition, static_cast<std::uint8_t>(present_bytes())};
   for (std::size_t k = 0; k < servo_count_; ++k) parameters[2 + k] = servos_[k].id;
   const FeetechOutput output(kFeetechBroadcast, FeetechInstruction::kSyncRead,
                              std::span(parameters).first(2 + servo_count_));
@@ -207,7 +209,9 @@ void FeetechDevice::take_answers(std::int64_t now_ns) noexcept {
 
 void FeetechDevice::take(const FeetechStatus& status, std::int64_t now_ns) noexcept {
   Servo& servo = servos_[answered_];
-  if (status.id != servo.id || status.parameters.size() != kFeetechPresentBytes) return miss();
+  // The answer to a question before, which has been given up.
+  if (status.parameters.size() != present_bytes()) return;
+  if (status.id != servo.id) return miss();
   const int counts = feetech_number(status.parameters);
   // A joint turns by less than half a turn between two cycles.
   int step = (counts - servo.counts) % kCounts;
@@ -231,12 +235,16 @@ void FeetechDevice::finish_cycle(std::int64_t now_ns) noexcept {
   }
   place_ = place_of(settings_.arm.model, angles_rad_);
   counts_.count(now_ns - started_ns_);
+  if (++clean_poses_ >= kFeetechCleanPoses) more_bytes_ = 0;
   posed_ns_ = started_ns_;
   posed_ = any_pose_ = true;
 }
 
 void FeetechDevice::miss() noexcept {
   is_asked_ = false;
+  // Registers go on behind the load: the servos answer any number of bytes.
+  more_bytes_ = (more_bytes_ + 1) % kFeetechAnswerLengths;
+  clean_poses_ = 0;
   ++counts_.missed;
 }
 

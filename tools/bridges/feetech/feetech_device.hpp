@@ -6,7 +6,8 @@
 /// on speed and supply, and they have no watchdog: if this program died, the last PWM would stay
 /// on. The bridge writes no register of any servo.
 ///
-/// An answer that is late or damaged costs the sample of its cycle; 100 ms without a sample, or an
+/// An answer that is late or damaged costs the sample of its cycle, and the next question asks for
+/// another length, so that a late answer is told apart; 100 ms without a sample, or an
 /// adapter that is unplugged, is kLost.
 
 #include <array>
@@ -56,6 +57,10 @@ class FeetechDevice final : public hal::BridgedDevice {
   void finish_cycle(std::int64_t now_ns) noexcept;
   void miss() noexcept;
   [[nodiscard]] std::size_t joints() const noexcept { return settings_.arm.model.joint_count; }
+  /// Bytes that a servo says of its presence in the newest question.
+  [[nodiscard]] std::size_t present_bytes() const noexcept {
+    return kFeetechPresentBytes + more_bytes_;
+  }
 
   ArmSettings settings_;
   hal::BridgeFacts facts_;
@@ -64,7 +69,9 @@ class FeetechDevice final : public hal::BridgedDevice {
   CycleCounts counts_;
   std::array<Servo, kMaxServos> servos_;  ///< joints first, then the trigger
   std::size_t servo_count_ = 0;
-  std::size_t answered_ = 0;  ///< servos in this cycle, which answer in their order
+  std::size_t answered_ = 0;    ///< servos in this cycle, which answer in their order
+  std::size_t more_bytes_ = 0;  ///< 0 to 11, another one after each answer that has not come
+  unsigned clean_poses_ = 0;    ///< since then
   bool is_asked_ = false;
   std::int64_t cycle_ns_ = 0, late_ns_ = 0, started_ns_ = 0, next_ns_ = 0, posed_ns_ = 0;
   bool is_open_ = false, posed_ = false, any_pose_ = false, trigger_pulled_ = false;

@@ -223,7 +223,7 @@ bool ForceDimensionDevice::set_up(std::string& why) {
 
 void ForceDimensionDevice::start(const DhdSettings& settings) {
   const VendorLimits limits = {period_ns(), facts_.capabilities.max_force_n,
-                               facts_.capabilities.max_torque_nm};
+                               facts_.capabilities.max_torque_nm, 0};
   note_settings(tap(), numbers_of(settings));
   session_ = std::make_shared<DhdSession>(calls_, id_, settings, limits, tap());
   exchange_ = session_->exchange;
@@ -258,20 +258,11 @@ void ForceDimensionDevice::close() noexcept {
 }  // namespace
 
 std::unique_ptr<hal::BridgedDevice> make_forcedimension(const hal::DriverOptions& options,
-                                                        hal::DriverDefect& defect) {
+                                                        hal::DriverDefect& /*defect*/) {
   DhdOptions o;
   if (const auto* library = options.value<std::string>("library")) o.library = *library;
   const double* const serial = options.value<double>("serial");
   const double* const index = options.value<double>("index");
-  const auto is_whole = [](const double* v) { return v == nullptr || *v == std::floor(*v); };
-  if (serial != nullptr && index != nullptr) {
-    defect = {"index", "names a device that serial names too; remove one of the two"};
-    return nullptr;
-  }
-  if (!is_whole(serial) || !is_whole(index)) {
-    defect = {is_whole(serial) ? "index" : "serial", "must be a whole number"};
-    return nullptr;
-  }
   if (serial != nullptr) o.serial = static_cast<int>(*serial);
   if (index != nullptr) o.index = static_cast<int>(*index);
   if (const double* rate = options.value<double>("rate")) o.rate_hz = *rate;

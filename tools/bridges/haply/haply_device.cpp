@@ -30,7 +30,9 @@ constexpr std::array kCutTexts = {"",
                                   "no new force came for ten periods",
                                   "the service exerts a force that another program has set",
                                   "the device says that its power supply is off",
-                                  "a force that is not finite was handed over"};
+                                  "a force that is not finite was handed over",
+                                  "the service exerts nothing of the force that it is sent: its "
+                                  "messages are not those of its version; start it again"};
 constexpr std::array kEndTexts = {"",
                                   "the service closed the connection",
                                   "the service sent more than 64 kB at once",

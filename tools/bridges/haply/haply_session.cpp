@@ -20,6 +20,12 @@ namespace {
 /// A device without a write for so many periods has its drives off, whether or not it was released.
 constexpr std::int64_t kNoWrite_periods = 50;
 constexpr std::int64_t kGoodbye_ns = 50'000'000;
+/// Texts that are passed over before a question.
+constexpr int kMostUnasked = 16;
+/// A force of this size, of which the service exerts less than a tenth, for so many answers, goes
+/// nowhere: filters of the service take less of it.
+constexpr double kPlainForce_n = 0.2;
+constexpr unsigned kNotTakenAnswers = 100;
 /// Between the force that the service says it exerts and the one that it was sent [N].
 constexpr double kSameForce_n = 0.3;
 
@@ -151,15 +157,29 @@ bool HaplySession::exchange() {
   const std::int64_t now_ns = hal::monotonic_ns();
   double force_n[3];
   if (!choose(now_ns, force_n)) return true;
+  if (!pass_over_texts()) return false;
   write_haply_force(format_, choice_.device, force_n, is_first_, out_);
   if (!socket_->send(out_, now_ns + times_.cut_ns())) return end(HaplyEnd::kNotSent);
   other_.sent(force_n);
   is_first_ = false;
   is_zero_ = force_n[0] == 0 && force_n[1] == 0 && force_n[2] == 0;
+  asked_n_ = std::sqrt(force_n[0] * force_n[0] + force_n[1] * force_n[1] + force_n[2] * force_n[2]);
   sent_ns_ = now_ns;
   in_flight_ns_.store(now_ns, std::memory_order_relaxed);
   sent_release_ = force_.is_on == 0 ? force_.release : sent_release_;
   return take_answer();
+}
+
+/// A text that is there before the question is no answer to it: taken for one, it would put each
+/// later answer one question behind. False: the connection has ended.
+bool HaplySession::pass_over_texts() {
+  for (int k = 0; k < kMostUnasked; ++k) {
+    const ServiceSocket::Got got = socket_->receive(in_, 0);
+    if (got == ServiceSocket::Got::kNothing) return true;
+    if (got == ServiceSocket::Got::kClosed) return end(HaplyEnd::kClosed);
+    if (got == ServiceSocket::Got::kTooLong) return end(HaplyEnd::kTooLong);
+  }
+  return true;
 }
 
 bool HaplySession::take_answer() {
@@ -197,12 +217,22 @@ bool HaplySession::take_answer() {
   return true;
 }
 
+bool HaplySession::is_not_taken(const HaplyState& state) noexcept {
+  const double exerted_n =
+      std::sqrt(state.force_n[0] * state.force_n[0] + state.force_n[1] * state.force_n[1] +
+                state.force_n[2] * state.force_n[2]);
+  const bool is_lost = state.has_force && asked_n_ > kPlainForce_n && exerted_n < 0.1 * asked_n_;
+  not_taken_ = is_lost ? std::min(not_taken_ + 1, kNotTakenAnswers) : 0;
+  return not_taken_ >= kNotTakenAnswers;
+}
+
 void HaplySession::take_state(const HaplyState& state) {
   report_.answered_ns = hal::monotonic_ns();
   if (state.has_grip) report_.grip_ns = report_.answered_ns;
   is_foreign_ = !accepts_other_forces_ && state.has_force && other_.look(state.force_n);
   if (is_foreign_) cut(HaplyCut::kOtherForce);
   if (!state.powered) cut(HaplyCut::kUnpowered);
+  if (is_not_taken(state)) cut(HaplyCut::kNotTaken);
   // Release: who sees the number finds the force gone.
   if (is_zero_) released_.store(sent_release_, std::memory_order_release);
   publish();

@@ -49,6 +49,7 @@ enum class HaplyCut : std::uint64_t {
   kOtherForce,  ///< the service exerts a force that is not ours
   kUnpowered,   ///< the device says that its supply is off
   kBadForce,    ///< a force that is not finite was handed over
+  kNotTaken,    ///< the service says that it exerts nothing of what it is sent
   kCount
 };
 
@@ -140,6 +141,8 @@ class HaplySession {
   /// The force of this period. False: none may be sent now, and no zero is due yet.
   bool choose(std::int64_t now_ns, double (&force_n)[3]);
   bool take_answer();
+  bool pass_over_texts();
+  [[nodiscard]] bool is_not_taken(const HaplyState& state) noexcept;
   void take_state(const HaplyState& state);
   void cut(HaplyCut why) noexcept;
   bool end(HaplyEnd why) noexcept;
@@ -169,7 +172,8 @@ class HaplySession {
   std::string out_, in_;
   std::int64_t sent_ns_ = 0;
   std::uint64_t sent_release_ = 0;
-  unsigned wrong_in_row_ = 0, absent_in_row_ = 0;
+  unsigned wrong_in_row_ = 0, absent_in_row_ = 0, not_taken_ = 0;
+  double asked_n_ = 0;  ///< size of the force in flight
   bool is_first_ = true, is_zero_ = true, is_foreign_ = false;
 
   std::atomic<bool> is_over_{false};

@@ -55,16 +55,19 @@ void HdHandle::take_errors() noexcept {
   }
 }
 
-/// An update moves the origin, so it waits for a frame without force; until then the pose counts as
-/// not calibrated, which takes the force away.
+/// An update moves the origin, so it waits until the drives are off: with drives on and no force in
+/// this frame, the next one would have the force of a pose that has jumped. Until then, and for a
+/// while after, the pose counts as not calibrated, which takes the force away.
 void HdHandle::look_after_calibration() noexcept {
   const auto calibration = static_cast<unsigned>(vendor_call(
       tap_, "hdCheckCalibration", [&] { return static_cast<int>(calls_.check_calibration()); }));
-  is_calibrated_ = calibration == kHdCalibrated;
-  if (calibration == kHdNeedsUpdate && !has_force_)
-    vendor_order(tap_, [&] {
-      calls_.update_calibration(static_cast<unsigned>(settings_.calibration_style));
-    });
+  is_calibrated_ = calibration == kHdCalibrated && updated_ == 0;
+  if (updated_ > 0) --updated_;
+  if (calibration != kHdNeedsUpdate || is_driven_) return;
+  vendor_order(tap_, [&] {
+    calls_.update_calibration(static_cast<unsigned>(settings_.calibration_style));
+  });
+  updated_ = frames_ < kFirstFrames ? 0 : kUpdateFrames;  // nobody has a pose from before
 }
 
 bool HdHandle::read_pose(hal::BridgeSample& sample) noexcept {
@@ -118,7 +121,7 @@ VendorResult HdHandle::exert(bool drives, const Wrench& wrench_d) noexcept {
   if (settings_.has_torque)
     set_doubles(kHdTorque, axes_.from_d(wrench.torque_w), kMillinewtonMetresPerNewtonMetre);
   vendor_order(tap_, [&] { calls_.end_frame(handle_); });
-  has_force_ = !wrench.force_w.isZero(0) || !wrench.torque_w.isZero(0);
+  is_driven_ = drives;
   take_errors();
   failures_ = has_failed_ ? failures_ + 1 : 0;
   if (failures_ >= kMostFailures) return VendorResult::kLost;

@@ -41,6 +41,9 @@ class HdHandle final : public VendorHandle {
   static constexpr unsigned kMostFailures = 3;
   /// Frames for which motors stay warm once the library has said so.
   static constexpr unsigned kWarmFrames = 1000;
+  /// Frames after an update that count as not calibrated: the origin has moved, and the host must
+  /// hear of that although it looks at the newest sample alone.
+  static constexpr unsigned kUpdateFrames = 50;
 
   /// @param tap  the calls of a frame that have values go through it; may be null. In a replay
   ///   `calls` are not used.
@@ -66,7 +69,8 @@ class HdHandle final : public VendorHandle {
   const std::shared_ptr<hal::DeviceTap> tap_;
   const VendorAxes axes_ = VendorAxes::open_haptics();
   unsigned frames_ = 0, failures_ = 0, warm_ = 0;
-  bool has_force_ = false;  ///< the last frame had a wrench that is not zero
+  unsigned updated_ = 0;    ///< frames since an update that are left of kUpdateFrames
+  bool is_driven_ = false;  ///< the last frame had the drives on, with or without a wrench
   bool is_calibrated_ = false;
   bool has_failed_ = false, is_dropped_ = false;  ///< by the errors of this frame
 };

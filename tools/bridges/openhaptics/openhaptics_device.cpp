@@ -24,6 +24,8 @@ constexpr double kStandardRate_hz = 1000;
 constexpr double kLargestForce_n = 100, kLargestTorque_mnm = 10'000;
 constexpr std::int64_t kMs_ns = 1'000'000;
 constexpr int kLongestStop_ms = 100;
+// libHD keeps its last force while its scheduler stalls.
+constexpr std::int64_t kLongestRelease_ns = 100 * kMs_ns;
 
 struct HdOptions {
   std::string library, device;
@@ -56,10 +58,17 @@ unsigned pass_frame(void* session) noexcept {
   return s.exchange->turn(s.handle) ? kHdCallbackContinue : kHdCallbackDone;
 }
 
-/// Ends a session without force. Any of the calls may block.
+/// Ends a session without force. Any of the calls may block: where the scheduler has stalled, the
+/// force output goes off before its end is waited for.
 void end_session(HdSession& s) {
-  for (int k = 0; s.is_started && k < kLongestStop_ms && !s.exchange->has_stopped(); ++k)
+  const bool is_stalled = s.is_started && s.exchange->is_held(hal::monotonic_ns());
+  for (int k = 0; s.is_started && !is_stalled && k < kLongestStop_ms && !s.exchange->has_stopped();
+       ++k)
     (void)hal::sleep_until(hal::monotonic_ns() + kMs_ns);
+  if (s.is_started && !s.exchange->has_stopped()) {
+    s.calls.make_current(s.device);
+    s.calls.disable(kHdForceOutput);
+  }
   if (s.is_started) s.calls.stop_scheduler();
   if (s.scheduled != kHdNoHandle) s.calls.unschedule(s.scheduled);
   s.calls.make_current(s.device);
@@ -222,7 +231,7 @@ bool OpenHapticsDevice::enable(std::string& why) {
 
 bool OpenHapticsDevice::start(std::string& why) {
   const VendorLimits limits = {period_ns(), facts_.capabilities.max_force_n,
-                               facts_.capabilities.max_torque_nm};
+                               facts_.capabilities.max_torque_nm, kLongestRelease_ns};
   note_settings(tap(), numbers_of(settings_));
   session_ = std::make_shared<HdSession>(calls_, device_, settings_, limits, tap());
   exchange_ = session_->exchange;

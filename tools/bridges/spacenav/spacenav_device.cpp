@@ -25,6 +25,7 @@ constexpr const char* kClientName = "haptic device_bridge";
 constexpr std::int64_t kVersionWait_ns = 300'000'000, kAnswerWait_ns = 400'000'000;
 constexpr unsigned kMostUnknownInRow = 256;
 constexpr std::int32_t kButtons = 32;
+constexpr int kMostPassedOver = 16;  ///< times that the socket is looked at
 /// The pose goes on between two events.
 constexpr std::int64_t kPeriod_ns = 1'000'000;
 
@@ -55,10 +56,24 @@ bool SpacenavDevice::open(std::string& why) {
   told_ = lost_ = false;
   if (connect(why) && agree_on_version(why) && introduce(why)) {
     end_ = nullptr;
+    pass_over_motions();
     return true;
   }
   close();
   return false;
+}
+
+/// What came behind the last answer, while it was being opened: motions are over, buttons stay
+/// pressed, and a device that came or went makes it lost.
+void SpacenavDevice::pass_over_motions() {
+  for (int k = 0; k < kMostPassedOver && !lost_; ++k) {
+    SpnavUnit unit;
+    for (auto item = stream_.next(unit); item != SpnavStream::Item::kNone && !lost_;
+         item = stream_.next(unit)) {
+      if (item == SpnavStream::Item::kUnit && unit.type != kSpnavMotion) take(unit, 0);
+    }
+    if (receive() <= 0) return;  // its end is seen by the first `read`
+  }
 }
 
 bool SpacenavDevice::connect(std::string& why) {

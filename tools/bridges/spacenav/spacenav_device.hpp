@@ -72,6 +72,7 @@ class SpacenavDevice final : public hal::BridgedDevice {
   [[nodiscard]] int connect_first(std::string& tried);
   [[nodiscard]] std::int64_t now_ns() const;
   [[nodiscard]] std::int64_t receive();
+  void pass_over_motions();
   void take_in(std::int64_t now_ns);
   void take(const SpnavUnit& unit, std::int64_t now_ns);
   void take_motion(const SpnavUnit& unit, std::int64_t now_ns);

@@ -21,7 +21,7 @@ bool VendorDevice::write(std::int64_t now_ns, const Wrench& wrench_d) {
   return exchange_ && exchange_->write(now_ns, wrench_d);
 }
 
-bool VendorDevice::release(std::int64_t /*now_ns*/) { return exchange_ && exchange_->release(); }
+bool VendorDevice::release(std::int64_t now_ns) { return exchange_ && exchange_->release(now_ns); }
 
 pollfd VendorDevice::watched() const noexcept {
   return exchange_ ? exchange_->watched() : pollfd{-1, 0, 0};

@@ -20,7 +20,7 @@ hal::BridgeRead VendorExchange::read(std::int64_t now_ns, hal::BridgeSample& sam
   std::uint64_t count = 0;
   if (::read(woken_, &count, sizeof count) < 0) count = 0;
   const VendorState& state = look_.newest();
-  if (state.lost != 0) return hal::BridgeRead::kLost;
+  if (state.lost != 0 || is_held(now_ns)) return hal::BridgeRead::kLost;
   if (state.samples != seen_) {
     seen_ = state.samples;
     sample = state.sample;
@@ -30,6 +30,12 @@ hal::BridgeRead VendorExchange::read(std::int64_t now_ns, hal::BridgeSample& sam
   const std::int64_t age_ns = now_ns - state.sample.sampled_ns;
   if (age_ns > kLongestSilence_ns) return hal::BridgeRead::kLost;
   return age_ns > 2 * limits_.period_ns ? hal::BridgeRead::kSilent : hal::BridgeRead::kSame;
+}
+
+bool VendorExchange::is_held(std::int64_t now_ns) noexcept {
+  return limits_.longest_release_ns > 0 && order_.drives == 0 &&
+         look_.newest().released != order_.release &&
+         now_ns - release_ns_ > limits_.longest_release_ns;
 }
 
 bool VendorExchange::write(std::int64_t now_ns, const Wrench& wrench_d) noexcept {
@@ -42,8 +48,9 @@ bool VendorExchange::write(std::int64_t now_ns, const Wrench& wrench_d) noexcept
          now_ns - state.sample.sampled_ns <= kOldest_ns / 2;
 }
 
-bool VendorExchange::release() noexcept {
+bool VendorExchange::release(std::int64_t now_ns) noexcept {
   if (order_.drives != 0 || order_.release == 0) {
+    release_ns_ = now_ns;
     order_.drives = 0;
     order_.wrench_d = {};
     ++order_.release;

@@ -49,6 +49,9 @@ struct VendorState {
 struct VendorLimits {
   std::int64_t period_ns = 1'000'000;  ///< of turns
   Real max_force_n = 0, max_torque_nm = 0;
+  /// A release that the library's thread has not carried out after so long: the device is lost, and
+  /// closing it is what is left. 0: it has a watchdog of its own, which cuts the force earlier.
+  std::int64_t longest_release_ns = 0;
 };
 
 /// Rules of force, on the library's thread:
@@ -73,10 +76,12 @@ class VendorExchange {
   VendorExchange& operator=(const VendorExchange&) = delete;
 
   /// The bridge's thread. As BridgedDevice has them; silent from two periods without a
-  /// sample on, lost from kLongestSilence_ns on.
+  /// sample on, lost from kLongestSilence_ns on, or after a release that takes too long.
   [[nodiscard]] hal::BridgeRead read(std::int64_t now_ns, hal::BridgeSample& sample) noexcept;
   [[nodiscard]] bool write(std::int64_t now_ns, const Wrench& wrench_d) noexcept;
-  [[nodiscard]] bool release() noexcept;
+  [[nodiscard]] bool release(std::int64_t now_ns) noexcept;
+  /// A release has not been carried out within VendorLimits::longest_release_ns.
+  [[nodiscard]] bool is_held(std::int64_t now_ns) noexcept;
   /// Readable once there is a sample.
   [[nodiscard]] pollfd watched() const noexcept { return {woken_, POLLIN, 0}; }
   /// From the next turn on there is no force.
@@ -103,6 +108,7 @@ class VendorExchange {
   NewestReader<VendorState> look_{states_};
   VendorOrder order_;
   std::uint64_t seen_ = 0;
+  std::int64_t release_ns_ = 0;  ///< when the release that is not carried out was asked for
   // The library's thread has these.
   NewestWriter<VendorState> tell_{states_};
   NewestReader<VendorOrder> hear_{orders_};
