@@ -9,6 +9,7 @@
 #include <fstream>
 #include <mutex>
 #include <stdexcept>
+#include <utility>
 
 #include <Eigen/LU>
 
@@ -162,6 +163,13 @@ class ArmHand : public EmulatedHand {
 class DynamixelHand final : public ArmHand {
  public:
   DynamixelHand() : DynamixelHand(std::make_unique<DynamixelEmulator>(7, kXc330T288)) {}
+  /// With a third of what its servos can, this arm carries its weight and nothing else: its bridge
+  /// says so, and which key helps.
+  [[nodiscard]] std::string filled(std::string toml) const override {
+    return ArmHand::filled(std::move(toml)) + "torque_limits_nm = \"0.9 0.9 0.9 0.5 0.5 0.5\"\n";
+  }
+  /// A cycle of up to 4 ms, as a busy machine has it: a cue.
+  [[nodiscard]] double stiffness_n_per_m() const override { return 60; }
   /// The arm's weight is carried from arming on, over a second.
   [[nodiscard]] double settling_s() const override { return 1.2; }
   void press(bool pressed) override {

@@ -23,14 +23,14 @@ using sim::test::text_of_file;
 
 constexpr std::int64_t kMs_ns = 1'000'000;
 
-std::string peg_scene() {
+/// Stiffness and mass as `list` asks for them.
+std::string peg_scene(double stiffness_n_per_m) {
   const std::string folder = HAPTIC_SCENES_DIR "/square_peg_five/";
   return "format = 1\nname = \"square_peg\"\n[moving]\nmesh = \"" + folder +
          "peg.off\"\nscale_to_m = 0.001\nposition_m = [0.0, 0.0, " + std::to_string(kPegGap_m) +
          "]\ngrip_m = [0.0, 0.0, 0.05]\n[[static]]\nmesh = \"" + folder +
          "socket.obj\"\nscale_to_m = 0.001\n[rendering]\nk_f_n_per_m = " +
-         std::to_string(kPegStiffness_n_per_m) +
-         "\n[device]\nmass_kg = 0.2\ndamping_ns_per_m = 1.0\n";
+         std::to_string(stiffness_n_per_m) + "\n[device]\nmass_kg = 0.2\ndamping_ns_per_m = 1.0\n";
 }
 
 }  // namespace
@@ -46,7 +46,7 @@ InRealTime::~InRealTime() {
 
 DeviceSession::DeviceSession(EmulatedHand& hand)
     : hand_(hand), folder_("device_session_" + std::to_string(hal::monotonic_ns())) {
-  std::ofstream(folder_.file("scene.toml")) << peg_scene();
+  std::ofstream(folder_.file("scene.toml")) << peg_scene(hand.stiffness_n_per_m());
   const sim::test::ProgramResult r =
       sim::test::run_program(HAPTIC_GRAPH_COMPILER, "'" + folder_.file("scene.toml") + "' -o '" +
                                                         folder_.file("peg.rtscene") + "'");

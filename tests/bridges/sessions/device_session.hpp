@@ -17,10 +17,8 @@
 
 namespace haptic::test {
 
-/// The square peg of the gallery, upright, 3 mm above its hole of 40 mm. Stiffness and mass as
-/// `list` asks for them.
+/// The square peg of the gallery, upright, 3 mm above its hole of 40 mm.
 inline constexpr double kPegGap_m = 0.003, kHoleDepth_m = 0.040, kPegPlay_m = 0.0003;
-inline constexpr double kPegStiffness_n_per_m = 200;
 
 /// The calling thread, and those that it starts meanwhile, run before what else this machine does:
 /// a device does not wait for a compiler. Where Linux refuses that, nothing changes.
