@@ -63,7 +63,7 @@ std::string toml_of(const Listed& listed) {
   return text + listed.more;
 }
 
-/// What the gate of a run would ask of the scene of a device that a bridge has found.
+/// The gate of a run would ask this of the scene of a device that a bridge has found.
 std::string scene_hint_of(const BridgeAnswer& device) {
   std::string keys;
   if (device.max_stiffness_n_per_m > 0)

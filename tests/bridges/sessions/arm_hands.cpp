@@ -126,7 +126,7 @@ class LedArm {
   Place at_begin_;
 };
 
-/// What both buses have: a folder that stands for this machine's adapters, the arm's description.
+/// Common to both buses: a folder that stands for this machine's adapters, the arm's description.
 class ArmHand : public EmulatedHand {
  public:
   ArmHand(const std::string& adapter, const std::string& port) {
@@ -188,7 +188,7 @@ class DynamixelHand final : public ArmHand {
     });
     led_.emplace_back(now_ns, arm_.angles());
   }
-  /// Of the angles that stood when the goals came.
+  /// By the angles that stood when the goals came.
   [[nodiscard]] std::vector<WireForce> wire() const override {
     std::vector<WireForce> forces;
     std::size_t at = 0;

@@ -37,7 +37,7 @@ class EmulatedHand {
   /// Time that it takes after arming until the wire has nothing but the force [s].
   [[nodiscard]] virtual double settling_s() const { return 0; }
 
-  /// Of the scene that this device holds by its gate.
+  /// Stiffness of the scene that this device holds by its gate.
   [[nodiscard]] virtual double stiffness_n_per_m() const { return 200; }
 
   virtual void press(bool pressed) = 0;

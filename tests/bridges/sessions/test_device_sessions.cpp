@@ -33,7 +33,7 @@ constexpr OwnedDevice kOwned[] = {
     {"leader arm on DYNAMIXEL", "dynamixel", make_dynamixel_hand, true},
     {"leader arm on Feetech", "feetech", make_feetech_hand, false}};
 
-/// Of a push that a busy machine disturbs.
+/// Tries of a push that a busy machine disturbs.
 constexpr int kTries = 12;
 /// How far the hand goes on where the part has met something.
 constexpr double kInto_m = 0.005, kAside_m = 0.003;

@@ -63,8 +63,8 @@ bool SpacenavDevice::open(std::string& why) {
   return false;
 }
 
-/// What came behind the last answer, while it was being opened: motions are over, buttons stay
-/// pressed, and a device that came or went makes it lost.
+/// Passes over all that came behind the last answer, while it was being opened: motions are over,
+/// buttons stay pressed, and a device that came or went makes it lost.
 void SpacenavDevice::pass_over_motions() {
   for (int k = 0; k < kMostPassedOver && !lost_; ++k) {
     SpnavUnit unit;
