@@ -142,6 +142,8 @@ class ArmHand : public EmulatedHand {
     return "--root '" + std::filesystem::path(root_.file("dev")).parent_path().string() + "'";
   }
   [[nodiscard]] std::string filled(std::string toml) const override {
+    const auto machine = std::filesystem::path(root_.file("dev")).parent_path().string();
+    fill(toml, "\"/dev/serial/", "\"" + machine + "/dev/serial/");
     fill(toml, "\"ARM.urdf\"", "\"" + root_.file("arm.urdf") + "\"");
     fill(toml, "\"BASE\"", "\"base\"");
     fill(toml, "\"HANDLE\"", "\"tip\"");
