@@ -50,6 +50,15 @@ class OutputGuard {
   /// The last output did not reach the device: the next one starts from what was sent before it.
   void not_delivered() noexcept { output_ = before_; }
 
+  /// The output before the last one is sent again in its place, now: the next one is one step from
+  /// it.
+  void stay() noexcept {
+    const std::int64_t stamp_ns = output_.stamp_ns;
+    output_ = before_;
+    output_.stamp_ns = stamp_ns;
+    output_.stamped = true;
+  }
+
   /// True: the last output is farther from `device_d`, what the device has by its own word, than
   /// one output may step, and farther than the output before it. A device that has missed those in
   /// between would be handed all of it at once.

@@ -310,7 +310,7 @@ void ReportFlow::wait_for_device(std::int64_t now_ns, GuardedOutput& output) noe
   if (device_d == nullptr || (faults_.present() & kBeyond) != 0 ||
       now_ns - state_.stamp_ns > longest_ns || !guard_.runs_ahead_of(*device_d))
     return;
-  guard_.not_delivered();
+  guard_.stay();
   output.wrench_d = guard_.last();
 }
 

@@ -147,7 +147,7 @@ class ReportFlow final : public TransferSink {
   std::atomic<bool> servo_lost_{false};
   std::atomic<LinkState> link_{LinkState::kAbsent};
   std::atomic<double> held_force_n_{0}, held_torque_nm_{0};
-  std::atomic<double> gap_m_{-1};  ///< below 0: none
+  std::atomic<double> gap_m_{-1};               ///< below 0: none
   std::atomic<std::int64_t> held_until_ns_{0};  ///< 0: until something else is known
 };
 

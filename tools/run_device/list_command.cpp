@@ -182,35 +182,6 @@ std::vector<Listed> by_bridges(std::vector<Absent>& absent) {
   return found;
 }
 
-/// Lines for an arm at each serial adapter that Linux has found: nobody but its owner knows which
-/// servos are on it, and where its joints are.
-std::vector<Listed> at_adapters(const std::string& root) {
-  const std::string folder = "/dev/serial/by-id";
-  std::vector<Listed> found;
-  for (const std::string& name : hal::SystemTree(root).names(folder)) {
-    const std::string path = (root == "/" ? "" : root) + folder + "/" + name;
-    for (const char* const driver : {"dynamixel", "feetech"}) {
-      const hal::DriverRow* const row = hal::find_driver(driver);
-      Listed arm{row, std::string(row->product) + ", if they are at " + name, "", "", "", "", 0, "",
-                 ""};
-      if (std::string_view(driver) == "dynamixel")
-        arm.scene_hint =
-            "; its scene.toml has a [device] with mass_kg and damping_ns_per_m of the arm";
-      arm.more_keys = "port = \"" + path +
-                      "\"\n"
-                      "urdf = \"ARM.urdf\"      # fill in: the arm's robot description\n"
-                      "base_link = \"BASE\"     # fill in: its link that stands still\n"
-                      "tip_link = \"HANDLE\"    # fill in: its link that the hand holds\n"
-                      "# trigger_id = 7, trigger_rad = \"OPEN CLOSED\": the servo that the hand "
-                      "pulls as deadman switch\n"
-                      "# offsets_rad, signs: where servos and joints count from other places or "
-                      "the other way\n";
-      found.push_back(std::move(arm));
-    }
-  }
-  return found;
-}
-
 std::string indented(const std::string& text) {
   std::string shown = "    ";
   for (const char c : text) shown += c == '\n' ? std::string("\n    ") : std::string(1, c);

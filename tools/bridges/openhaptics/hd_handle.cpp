@@ -64,9 +64,8 @@ void HdHandle::look_after_calibration() noexcept {
   is_calibrated_ = calibration == kHdCalibrated && updated_ == 0;
   if (updated_ > 0) --updated_;
   if (calibration != kHdNeedsUpdate || is_driven_) return;
-  vendor_order(tap_, [&] {
-    calls_.update_calibration(static_cast<unsigned>(settings_.calibration_style));
-  });
+  vendor_order(
+      tap_, [&] { calls_.update_calibration(static_cast<unsigned>(settings_.calibration_style)); });
   updated_ = frames_ < kFirstFrames ? 0 : kUpdateFrames;  // nobody has a pose from before
 }
 
