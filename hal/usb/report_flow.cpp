@@ -306,7 +306,7 @@ void ReportFlow::wait_for_device(std::int64_t now_ns, GuardedOutput& output) noe
   constexpr std::uint32_t kBeyond = kLinkDeaf | kLinkSendFailed | kLinkFrozen | kLinkCorrupt;
   const Wrench* const device_d = sent_.accepted();
   const std::int64_t longest_ns = std::max(period_ns_, stated_.report_period_ns) *
-                                  (1 + std::int64_t{settings_.limits.lost_periods});
+                                  (1 + std::int64_t{settings_.limits.held_periods});
   if (device_d == nullptr || (faults_.present() & kBeyond) != 0 ||
       now_ns - state_.stamp_ns > longest_ns || !guard_.runs_ahead_of(*device_d))
     return;

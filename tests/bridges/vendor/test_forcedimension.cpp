@@ -74,7 +74,9 @@ TEST_CASE("the usual names are tried, and told, where the key library is absent"
 }
 
 TEST_CASE("a device that is not there, and keys that name none") {
-  CHECK(contains(dhd_refusal("no_device"), "no device found; the library sees 0"));
+  const std::string absent = dhd_refusal("no_device");
+  CHECK(contains(absent, "no Force Dimension device (no device found; "));
+  CHECK(contains(absent, ", sees 0)"));
   CHECK(contains(DhdBench({{"serial", 12.0}}).refusal(), "serial number 12"));
   CHECK(contains(DhdBench({{"index", 3.0}}).refusal(), "index 3"));
   CHECK(DhdBench({{"serial", 4711.0}}).refusal().empty());

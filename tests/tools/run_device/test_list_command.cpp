@@ -105,7 +105,8 @@ TEST_SUITE("tools.run_device.list") {
         run_program(HAPTIC_RUN_DEVICE, "doctor --no-measure --json --device haply");
     CHECK(r.exit_code == 4);
     bool is_there = false;
-    for (const json& line : json::parse(r.out)["lines"]) {
+    const json report = json::parse(r.out);
+    for (const json& line : report["lines"]) {
       if (line["name"] != "Haply service") continue;
       is_there = true;
       CHECK(line["level"] == "failure");

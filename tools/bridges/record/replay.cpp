@@ -25,6 +25,23 @@ constexpr std::int64_t kLatest_ns = std::int64_t{1} << 61;
 /// By which time goes on at each look once a replay is over.
 constexpr std::int64_t kStep_ns = 1'000'000;
 
+/// A device that a recording is played to, until here: also where its file is damaged.
+class TappedDevice {
+ public:
+  TappedDevice(hal::BridgedDevice& device, ReplayTap& tap) : device_(device) {
+    device_.set_tap(tap.shared());
+  }
+  ~TappedDevice() {
+    device_.close();
+    device_.set_tap(nullptr);
+  }
+  TappedDevice(const TappedDevice&) = delete;
+  TappedDevice& operator=(const TappedDevice&) = delete;
+
+ private:
+  hal::BridgedDevice& device_;
+};
+
 std::string number_of(TapKind kind) {
   return "entry of kind " + std::to_string(static_cast<int>(kind));
 }
@@ -113,7 +130,7 @@ void ReplayTap::expect(TapKind kind, std::int64_t result, std::span<const std::b
 
 ReplayResult replay_calls(Recording& recording, hal::BridgedDevice& device) {
   ReplayTap tap(recording, kCallKinds);
-  device.set_tap(tap.shared());
+  const TappedDevice tapped(device, tap);
   hal::BridgeSample sample;
   std::string why;
   while (const RecordEntry* const entry = tap.next()) {
@@ -144,8 +161,7 @@ ReplayResult replay_calls(Recording& recording, hal::BridgedDevice& device) {
         tap.diverge("the bridge asks its device for less here than then");
     }
   }
-  device.close();
-  device.set_tap(nullptr);
+  device.close();  // with the result's last word, which a closing may still change
   return tap.result();
 }
 
