@@ -48,15 +48,19 @@ struct RecordBench {
         .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   }
   /// Turns a bit of the received bytes of the last entry of `kind` that has more than `at` of them.
-  /// @param bit  of that byte. @return false: there is none.
-  [[nodiscard]] bool turn_bit(hal::TapKind kind, std::size_t at, unsigned bit = 0) const {
-    tools::RecordEntry entry, last;
+  /// @param bit  of that byte. @param back  entries before the last one. @return false: there is
+  ///   none.
+  [[nodiscard]] bool turn_bit(hal::TapKind kind, std::size_t at, unsigned bit = 0,
+                              std::size_t back = 0) const {
+    tools::RecordEntry entry;
+    std::vector<tools::RecordEntry> entries;
     {
       tools::Recording recording(path);
       while (recording.next(entry))
-        if (entry.kind == kind && entry.received.size() > at) last = entry;
+        if (entry.kind == kind && entry.received.size() > at) entries.push_back(entry);
     }
-    if (last.received.empty()) return false;
+    if (entries.size() <= back) return false;
+    const tools::RecordEntry& last = entries[entries.size() - 1 - back];
     std::vector<char> all = bytes();
     const std::size_t begin = last.at, size = 36 + last.sent.size() + last.received.size();
     all[begin + 32 + last.sent.size() + at] ^= static_cast<char>(1u << bit);

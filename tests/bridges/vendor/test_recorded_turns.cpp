@@ -76,10 +76,15 @@ TEST_SUITE("bridges.recorded_turns") {
       tools::ReplayResult result = replay_row(kind, bench.path);
       CHECK(result.different == 1);
       CHECK(contains(result.first, "another pose than then"));
-      bench.write(all);
-      // Position: Force Dimension's comes first, libHD's in the last column of a matrix.
-      REQUIRE(bench.turn_bit(TapKind::kCall, kind.library == kVendorKinds[0].library ? 95 : 110));
-      result = replay_row(kind, bench.path);
+      // Position: Force Dimension's comes first, libHD's in the last column of a matrix. What a
+      // turn heard twice of one frame makes no pose: then an earlier one is changed.
+      const std::size_t at = kind.library == kVendorKinds[0].library ? 95 : 110;
+      result.first.clear();
+      for (std::size_t back = 0; back < 20 && result.first.empty(); ++back) {
+        bench.write(all);
+        REQUIRE(bench.turn_bit(TapKind::kCall, at, 0, back));
+        result = replay_row(kind, bench.path);
+      }
       CHECK_FALSE(result.first.empty());
     }
   }
