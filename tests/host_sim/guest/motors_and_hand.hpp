@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 /// The mechanics of a device without its firmware: ReferenceModel's handle with a hand on it, moved
-/// by whatever motors are told, and sampled as encoders would be. The model's own protocol is fed
+/// by what its motors are told, and sampled as encoders would be. The model's own protocol is fed
 /// by us alone.
 
 #include <array>

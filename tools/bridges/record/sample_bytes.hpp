@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-/// Samples and wrenches as a recording has them: numbers of 64 bits, whatever Real is, so that two
+/// Samples and wrenches as a recording has them: numbers of 64 bits for every Real, so that two
 /// of them are the same when their bytes are.
 
 #include <array>
